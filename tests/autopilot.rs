@@ -4,14 +4,12 @@
 //! length is the speed ahead over ground, clipped at `WP_SPEED`, the yaw is the heading. It stops
 //! after three seconds without a reference. Commands set mode and arming, and read parameters.
 
-use mavlink::{
-    MAVLinkV2MessageRaw, MavHeader,
-    dialects::ardupilotmega::{
-        ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
-        HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
-        PARAM_VALUE_DATA,
-    },
+use mavlink::dialects::ardupilotmega::{
+    ATTITUDE_DATA, COMMAND_ACK_DATA, EKF_STATUS_REPORT_DATA, EkfStatusFlags, GLOBAL_POSITION_INT_DATA,
+    HEARTBEAT_DATA, MavAutopilot, MavCmd, MavMessage, MavModeFlag, MavResult, MavState, MavType,
+    PARAM_VALUE_DATA,
 };
+use mavlink::{MAVLinkV2MessageRaw, MavHeader};
 use nalgebra::Vector2;
 
 /// Mode numbers. Source: ArduPilot, `Rover/mode.h`.
@@ -96,7 +94,6 @@ pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f
     let [lat_deg, lon_deg] = ORIGIN;
     let lon_scale = METRES_PER_DEGREE * lat_deg.to_radians().cos();
     let centidegrees = |heading: f64| (heading.to_degrees().rem_euclid(360.0) * 100.0).clamp(0.0, 35_999.0);
-    #[expect(clippy::cast_sign_loss, reason = "it was made positive")]
     let hdg = heading.map_or(u16::MAX, |heading| centidegrees(heading) as u16);
     MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA {
         lat: ((lat_deg + position.x / METRES_PER_DEGREE) * 1e7).round() as i32,

@@ -1,9 +1,7 @@
 //! Asks the service without a socket.
 
-use axum::{
-    body::{Body, to_bytes},
-    http::{HeaderMap, HeaderValue, Request, StatusCode},
-};
+use axum::body::{Body, to_bytes};
+use axum::http::{HeaderMap, HeaderValue, Request, StatusCode};
 use clock::Clock;
 use serde_json::Value;
 use service::{Settings, app};

@@ -2,23 +2,18 @@
 
 use std::{collections::BTreeMap, f64::consts::TAU};
 
-use planner::{
-    parameters::Parameters,
-    plan::{Workspace, plan_until},
-    snapshot::{Goal, Snapshot, Visits},
-    stop::Stop,
-};
+use planner::parameters::Parameters;
+use planner::plan::{Workspace, plan_until};
+use planner::snapshot::{Goal, Snapshot, Visits};
+use planner::stop::Stop;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use service::{BODY_BYTES_MAX, examples::EXAMPLES};
 use wire::{BodyError, FieldError, PlanRequest};
 
-use crate::{
-    answer,
-    broken::{BREAKERS, pick, places_of},
-    random,
-};
+use crate::broken::{BREAKERS, pick, places_of};
+use crate::{answer, random};
 
 /// Number of consecutive answers that become previous plans.
 const CHAIN_MAX: usize = 3;

@@ -7,10 +7,8 @@ use std::{error::Error, net::SocketAddr, time::Duration};
 
 use clap::Parser;
 use tests::client::post;
-use tokio::{
-    task::JoinSet,
-    time::{Instant, sleep, sleep_until},
-};
+use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep, sleep_until};
 
 #[path = "load/flight.rs"]
 mod flight;

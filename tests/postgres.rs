@@ -1,16 +1,12 @@
 //! A PostgreSQL server for the tests of one program, with a database for each test.
 
-use std::{
-    env, fs,
-    io::{self, BufRead as _, BufReader, Write as _},
-    net::{Ipv4Addr, TcpListener},
-    path::{Path, PathBuf},
-    process::{self, Child, Command, Stdio},
-    sync::{
-        LazyLock,
-        atomic::{AtomicU32, Ordering},
-    },
-};
+use std::io::{self, BufRead as _, BufReader, Write as _};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::{Path, PathBuf};
+use std::process::{self, Child, Command, Stdio};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::{env, fs};
 
 use tempfile::TempDir;
 

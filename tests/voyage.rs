@@ -8,17 +8,13 @@
 //! ```
 //! A voyage runs on one thread with Tokio's paused clock: a seed repeats its history to the byte.
 
-use std::{
-    collections::BTreeMap,
-    fmt::Write as _,
-    ops::Range,
-    sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicU64, Ordering},
-    },
-    thread,
-    time::Duration,
-};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use clock::Clock;
 use rand::SeedableRng as _;

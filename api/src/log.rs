@@ -1,17 +1,16 @@
 //! The log on standard error, a line for each event. A thread writes it, so that no caller waits.
 
-use std::{
-    backtrace::{Backtrace, BacktraceStatus},
-    collections::HashMap,
-    env,
-    fmt::Write as _,
-    io::{self, Write},
-    panic::PanicHookInfo,
-    sync::{LazyLock, Mutex, OnceLock, PoisonError},
-    time::{Duration, Instant},
-};
+use std::backtrace::{Backtrace, BacktraceStatus};
+use std::collections::HashMap;
+use std::env;
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::panic::PanicHookInfo;
+use std::sync::{LazyLock, OnceLock};
+use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use tracing_appender::non_blocking::{ErrorCounter, NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::{
     Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
@@ -98,7 +97,7 @@ type Panics = HashMap<String, (u64, Option<Instant>)>;
 fn log_panic(panic: &PanicHookInfo<'_>) {
     static PANICS: LazyLock<Mutex<Panics>> = LazyLock::new(Mutex::default);
     let place = panic.location().map(ToString::to_string).unwrap_or_default();
-    let mut panics = PANICS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut panics = PANICS.lock();
     let (count, last) = panics.entry(place.clone()).or_default();
     *count += 1;
     let clock = Clock::machine();
@@ -126,7 +125,7 @@ mod tests {
 
     impl Write for Written {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            self.0.lock().expect("no writer panics").write(bytes)
+            self.0.lock().write(bytes)
         }
 
         fn flush(&mut self) -> io::Result<()> {
@@ -140,7 +139,7 @@ mod tests {
         let writer = written.clone();
         let lines = tracing_subscriber::fmt::layer().with_writer(move || OneLine(writer.clone()));
         tracing::subscriber::with_default(tracing_subscriber::registry().with(lines), work);
-        let bytes = written.0.lock().expect("no writer panics").clone();
+        let bytes = written.0.lock().clone();
         String::from_utf8(bytes).expect("is text")
     }
 

@@ -78,10 +78,8 @@ mod tests;
 pub mod tuned;
 mod visit;
 
-pub use choose::{
-    explain,
-    plan::{self, Plan, Workspace, plan},
-};
+pub use choose::explain;
+pub use choose::plan::{self, Plan, Workspace, plan};
 pub use facts::{angle, path};
 pub use localise::candidates::FixedFigure;
 pub use nalgebra;
@@ -89,11 +87,7 @@ pub use predict::{forecast, goal, smallest_circle};
 pub use problem::parameters::{self, Parameters};
 pub use program::sparse;
 pub use snapshot::{Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId};
-pub use solve::{
-    certificate,
-    stop::{self, Stop},
-};
-pub use visit::{
-    fleet::SchedulingParameters,
-    hearing::{Heard, Hearing},
-};
+pub use solve::certificate;
+pub use solve::stop::{self, Stop};
+pub use visit::fleet::SchedulingParameters;
+pub use visit::hearing::{Heard, Hearing};

@@ -21,7 +21,6 @@ pub use tracker_frame::saturated_los_tracker_frame;
 pub use tracking_law::TrackingLaw;
 pub use waypoint_box::WaypointBox;
 
-pub use crate::{
-    facts::{asc::AscNow, reference::Reference},
-    predict::motion::target_course,
-};
+pub use crate::facts::asc::AscNow;
+pub use crate::facts::reference::Reference;
+pub use crate::predict::motion::target_course;

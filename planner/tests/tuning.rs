@@ -1,13 +1,11 @@
 //! Tuning in a request: the library's parameters, each with its documented effect.
 
-use pilotfish_planner::{
-    nalgebra::Vector2,
-    parameters::{Parameters, Weights},
-    plan::{Degraded, Plan, Programs, Workspace, plan, plan_with},
-    program::Program,
-    snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning, ranges_by_shape},
-    solve::{Solution, Solvers},
-};
+use pilotfish_planner::nalgebra::Vector2;
+use pilotfish_planner::parameters::{Parameters, Weights};
+use pilotfish_planner::plan::{Degraded, Plan, Programs, Workspace, plan, plan_with};
+use pilotfish_planner::program::Program;
+use pilotfish_planner::snapshot::{PlanRequest, PreviousPlan, Snapshot, Tuning, ranges_by_shape};
+use pilotfish_planner::solve::{Solution, Solvers};
 use serde_json::json;
 
 /// All examples except the visits, whose schedule has its own horizon.

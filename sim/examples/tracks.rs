@@ -20,14 +20,12 @@ use pilotfish_sim::{
     scenario::{Files, Scenario},
     world::World,
 };
-use planner::{
-    Parameters, Plan, Snapshot,
-    angle::Heading,
-    forecast::Motion,
-    los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw},
-    plan::TargetPoint,
-    snapshot::{Forecast, Report},
-};
+use planner::angle::Heading;
+use planner::forecast::Motion;
+use planner::los::{AscNow, LosGains, LosLaw, LosTuning, Reference, TrackingLaw};
+use planner::plan::TargetPoint;
+use planner::snapshot::{Forecast, Report};
+use planner::{Parameters, Plan, Snapshot};
 
 /// Name, and members of `path.random_survey`, then of the AUV.
 const PATTERNS: [(&str, &str, &str); 7] = [

@@ -6,10 +6,8 @@ use nalgebra::Vector2;
 use planner::{los::Reference, plan::Method, snapshot::KeepOut};
 use serde::Serialize;
 
-use crate::{
-    own_navigation::NavigationRow,
-    record::{AuvRow, Record, Row, SurfaceCraftRow},
-};
+use crate::own_navigation::NavigationRow;
+use crate::record::{AuvRow, Record, Row, SurfaceCraftRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -362,10 +360,6 @@ fn quantile(sorted: &[f64], per_cent: usize) -> Option<f64> {
 
 /// The mean; 0 of nothing.
 pub fn mean(values: &[f64]) -> f64 {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a mission has thousands of rows, not 2⁵³"
-    )]
     let n = values.len().max(1) as f64;
     values.iter().fold(0.0, |sum, value| sum + value) / n
 }

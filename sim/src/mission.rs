@@ -220,11 +220,7 @@ fn plant(scenario: &Scenario, world: &World) -> Option<Plant> {
     Some(Plant::of(&craft.hull))
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a scenario lasts a day at most"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "a scenario lasts a day at most")]
 fn whole_plans(duration: f64) -> u32 {
     (duration / PLAN_INTERVAL) as u32
 }
@@ -236,11 +232,7 @@ fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
     }
     let length = auv.path.length();
     let n = (length / PATH_POINT_INTERVAL).ceil();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "clamped just here"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "clamped just here")]
     let n = n.clamp(1.0, f64::from(PATH_POINTS_MAX)) as u32;
     let point = |k| auv.path.at(length * f64::from(k) / f64::from(n)).position;
     (0..=n).map(point).collect()

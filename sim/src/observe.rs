@@ -90,8 +90,7 @@ pub struct Observer {
     acoustics: Option<Acoustics>,
     /// The messages of every underwater vehicle, in the world's order.
     received: Vec<Received>,
-    /// Error of its last own position estimate (north, east), m. Fixes are relative to that
-    /// estimate.
+    /// Error of its last own position estimate (north, east), m, to which fixes are relative.
     own_error: Vector2<f64>,
     /// Buffers of [`Acoustics::step`] and [`Acoustics::receive`]: listening allocates nothing.
     all_telemetry: Vec<Telemetry>,

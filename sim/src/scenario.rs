@@ -117,8 +117,7 @@ impl Scenario {
         Self::parse(&text, &file, Files::beside(beside))
     }
 
-    /// The scenario in `text`, which was read from `file`. [`Self::start`] checks if its numbers fit
-    /// together.
+    /// The scenario in `text`, read from `file`. [`Self::start`] checks if its numbers fit.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
         let mut source = Source {
             file: file.to_owned(),

@@ -106,7 +106,6 @@ impl TrueCosts {
         let Goal::Visit(visits) = goal else { return None };
         let costs = Costs::new(visits);
         let weights: Vec<f64> = costs.auvs.iter().map(|id| visits.weight(id)).collect();
-        #[expect(clippy::cast_precision_loss, reason = "at most 16 vehicles")]
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;
         Some(Self {
             relative: weights.iter().map(|weight| weight / mean).collect(),

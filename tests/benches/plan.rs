@@ -3,18 +3,13 @@
 //! One call a sample, so that the samples' own percentiles mean something: criterion leaves them in
 //! `target/criterion/*/*/new/sample.json`.
 
-use std::{
-    net::{Ipv4Addr, TcpListener},
-    time::Duration,
-};
+use std::net::{Ipv4Addr, TcpListener};
+use std::time::Duration;
 
-use criterion::{
-    BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main, measurement::WallTime,
-};
-use planner::{
-    parameters::Parameters,
-    plan::{Workspace, plan},
-};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, criterion_group, criterion_main};
+use planner::parameters::Parameters;
+use planner::plan::{Workspace, plan};
 use tests::{goals, observation, snapshot};
 
 const NAMES: [&str; 3] = ["track", "intermittent", "midpoint"];

@@ -10,26 +10,22 @@
 //! copying the solution out. For Clarabel: its set-up with default settings, and solving. `--dump`
 //! writes programs, solutions and `times.json` for other solvers: `tests/python/solvers.py`.
 
-use std::{
-    f64::consts::TAU,
-    fs,
-    path::{Path, PathBuf},
-    time::{Duration, Instant},
-};
+use std::f64::consts::TAU;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::Parser as _;
 use clarabel::{
     algebra::CscMatrix,
     solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus as ClarabelStatus, SupportedConeT},
 };
-use planner::{
-    parameters::Parameters,
-    plan::{Programs, plan_with},
-    program::{Cone, Program},
-    snapshot::Acoustics,
-    solve::{Solution, SolverStatus, Solvers},
-    sparse::Sparse,
-};
+use planner::parameters::Parameters;
+use planner::plan::{Programs, plan_with};
+use planner::program::{Cone, Program};
+use planner::snapshot::Acoustics;
+use planner::solve::{Solution, SolverStatus, Solvers};
+use planner::sparse::Sparse;
 use serde_json::json;
 use tests::{goals, observation, snapshot};
 use wire::program_dump;

@@ -1,12 +1,8 @@
 //! Answers in time from the work finished by then, and unchanged answers if all work was finished.
 
-use std::{
-    sync::{
-        Arc, Condvar, Mutex,
-        atomic::{AtomicUsize, Ordering},
-    },
-    time::Duration,
-};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::Duration;
 
 use clock::Clock;
 use planner::{
@@ -19,10 +15,8 @@ use planner::{
 };
 use serde_json::{Value, json};
 use service::{Settings, app, examples::EXAMPLES};
-use tests::{
-    client::{Answer, example, post, send_to, simulated_machine},
-    followed, goals, observation, snapshot,
-};
+use tests::client::{Answer, example, post, send_to, simulated_machine};
+use tests::{followed, goals, observation, snapshot};
 
 /// A signal that is due at look `n` from 0 on, and the number of looks.
 pub(crate) fn due_at(n: usize) -> (Stop, Arc<AtomicUsize>) {

@@ -1,14 +1,12 @@
 //! Each fallback level, reached by a forced cause.
 
-use planner::{
-    angle::{Course, Heading, wrap},
-    los::{AscNow, Reference, saturated_los},
-    parameters::Parameters,
-    plan::{Degraded, Method, Plan, Programs, plan_with},
-    program::Program,
-    snapshot::{Hold, Limits, PlanRequest, PreviousCraft, PreviousPlan, Snapshot, TrajectoryPoint},
-    solve::{Solution, SolverStatus, Solvers},
-};
+use planner::angle::{Course, Heading, wrap};
+use planner::los::{AscNow, Reference, saturated_los};
+use planner::parameters::Parameters;
+use planner::plan::{Degraded, Method, Plan, Programs, plan_with};
+use planner::program::Program;
+use planner::snapshot::{Hold, Limits, PlanRequest, PreviousCraft, PreviousPlan, Snapshot, TrajectoryPoint};
+use planner::solve::{Solution, SolverStatus, Solvers};
 use tests::{followed, goals, observation, planned, snapshot, state};
 
 const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 7] = [

@@ -3,11 +3,9 @@
 //! The definition of a name counts: a re-export is followed to its source. A module that declares
 //! or re-exports its children does not import them; one that uses a child's items does.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    path::{Path, PathBuf},
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 

@@ -4,21 +4,15 @@ use std::{fs, sync::Arc, time::Duration};
 
 use axum::{body::Body, http::Request};
 use futures_util::StreamExt as _;
-use planner::{
-    los::{LosLaw, LosTuning},
-    parameters::Parameters,
-};
+use planner::los::{LosLaw, LosTuning};
+use planner::parameters::Parameters;
 use serde_json::{Value, json};
-use sim::{
-    guide::{LosGuide, MpcGuide},
-    mission,
-    scenario::Scenario,
-};
+use sim::guide::{LosGuide, MpcGuide};
+use sim::mission;
+use sim::scenario::Scenario;
 use store::FILE_NAME;
-use tests::{
-    client::{get, post, simulated_machine, with},
-    refusals::assert_refused,
-};
+use tests::client::{get, post, simulated_machine, with};
+use tests::refusals::assert_refused;
 use tower::ServiceExt as _;
 
 mod changes;

@@ -1,21 +1,17 @@
 //! Every refusal: a problem document, the right status, and the field at fault.
 
-use std::{
-    sync::atomic::{AtomicBool, Ordering},
-    time::Duration,
-};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use axum::{body::Body, http::StatusCode};
 use futures_util::{StreamExt as _, stream};
 use hyper::server::conn::http1;
 use hyper_util::{rt::TokioIo, service::TowerToHyperService};
-use planner::{
-    parameters::Parameters,
-    plan::{Degraded, Plan, Workspace, plan_until},
-    snapshot::Snapshot,
-    solve::SolverStatus,
-    stop::Stop,
-};
+use planner::parameters::Parameters;
+use planner::plan::{Degraded, Plan, Workspace, plan_until};
+use planner::snapshot::Snapshot;
+use planner::solve::SolverStatus;
+use planner::stop::Stop;
 use serde_json::{Value, json};
 use service::{Hosts, Settings, app, examples::EXAMPLES};
 use tests::{

@@ -16,11 +16,9 @@ use tests::{
     server::certificate,
     store::{acquired, add, append, at_epoch, event, joined_for, order},
 };
-use tokio::{
-    io::{AsyncReadExt as _, AsyncWriteExt as _},
-    net::TcpListener,
-    task::yield_now,
-};
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpListener;
+use tokio::task::yield_now;
 
 /// A place for a store, which is opened several times.
 enum Place {

@@ -1,13 +1,9 @@
 //! Telemetry of the service: metrics, logs and traces.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    sync::{
-        Mutex,
-        atomic::{AtomicBool, Ordering},
-    },
-    time::Duration,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use axum::{Router, body::Body, http::Request};
 use planner::{
@@ -18,10 +14,8 @@ use planner::{
 };
 use serde_json::{Value, json};
 use service::Settings;
-use tests::{
-    client::{call, example, get, post, send_to, simulated_machine, with},
-    voyage::Log,
-};
+use tests::client::{call, example, get, post, send_to, simulated_machine, with};
+use tests::voyage::Log;
 use tracing_subscriber::filter::LevelFilter;
 
 use super::missions::{Service, id};

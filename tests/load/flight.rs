@@ -1,11 +1,9 @@
 //! One mission: two AUVs that dive along lanes, a craft that follows the reference, their posts.
 
-use std::{
-    f64::consts::{PI, TAU},
-    io,
-    net::SocketAddr,
-    time::{Duration, SystemTime, UNIX_EPOCH},
-};
+use std::f64::consts::{PI, TAU};
+use std::io;
+use std::net::SocketAddr;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

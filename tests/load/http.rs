@@ -2,18 +2,14 @@
 
 use std::{io, mem, net::SocketAddr, time::Duration};
 
-use axum::{
-    body::{Body, BodyDataStream, Bytes, to_bytes},
-    http::{Request, Response, header},
-};
+use axum::body::{Body, BodyDataStream, Bytes, to_bytes};
+use axum::http::{Request, Response, header};
 use futures_util::StreamExt as _;
 use hyper::client::conn::http1::{Builder, SendRequest};
 use hyper_util::rt::TokioIo;
 use tests::client::with;
-use tokio::{
-    net::TcpStream,
-    time::{Instant, timeout},
-};
+use tokio::net::TcpStream;
+use tokio::time::{Instant, timeout};
 
 /// Longer than the service allows for an answer, except streams and waits for a plan.
 const PATIENCE: Duration = Duration::from_secs(30);

@@ -1,10 +1,8 @@
 //! The clients' measurements and their report.
 
-use std::{
-    collections::BTreeMap,
-    fmt, fs,
-    sync::{Arc, Mutex, MutexGuard},
-};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::{fmt, fs};
 
 use super::http::Answer;
 

@@ -4,10 +4,8 @@ use std::time::Duration;
 
 use clock::Clock;
 use store::EventStore;
-use tests::{
-    postgres::{database, psql},
-    store::{acquired, add, append, event, joined_for, order},
-};
+use tests::postgres::{database, psql};
+use tests::store::{acquired, add, append, event, joined_for, order};
 use tokio::time::{Instant, sleep};
 
 /// A lease that a test lets lapse.

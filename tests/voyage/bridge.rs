@@ -1,29 +1,22 @@
 //! The bridge's process.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use bridge::{
-    autopilot_link::AutopilotSettings,
-    follow::{Bridge, Settings},
-    mission_client::{Answer, Answering, Call, MissionClient, Transport},
-    mission_link::MissionChoice,
-};
+use bridge::autopilot_link::AutopilotSettings;
+use bridge::follow::{Bridge, Settings};
+use bridge::mission_client::{Answer, Answering, Call, MissionClient, Transport};
+use bridge::mission_link::MissionChoice;
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 use tokio::task::JoinHandle;
 
-use super::{
-    World,
-    faults::Kind,
-    host::{Host, Request},
-    lock, rng,
-    sea::{AUV, Limits, Sea},
-};
+use super::faults::Kind;
+use super::host::{Host, Request};
+use super::sea::{AUV, Limits, Sea};
+use super::{World, lock, rng};
 
 pub(super) struct BridgeProcess {
     world: Arc<World>,

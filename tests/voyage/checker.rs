@@ -1,14 +1,10 @@
 //! The claims, and the history of a voyage.
 
-use std::{
-    collections::{BTreeMap, VecDeque},
-    hash::{DefaultHasher, Hash as _, Hasher as _},
-};
+use std::collections::{BTreeMap, VecDeque};
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
-use super::{
-    CLEAR_S, Course,
-    faults::{Fault, Kind},
-};
+use super::faults::{Fault, Kind};
+use super::{CLEAR_S, Course};
 
 /// Number of events that a broken voyage shows.
 const SHOWN: usize = 20;

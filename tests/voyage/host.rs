@@ -1,38 +1,30 @@
 //! The processes of the services, and the disk of one or the database of two.
 
-use std::{
-    cell::Cell,
-    collections::BTreeMap,
-    fs,
-    hash::{DefaultHasher, Hash as _, Hasher as _},
-    path::{Path, PathBuf},
-    sync::{Arc, Mutex, Weak},
-    time::Duration,
-};
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::fs;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, Weak};
+use std::time::Duration;
 
-use axum::{
-    Router,
-    body::{Body, to_bytes},
-    http::{HeaderValue, Request as HttpRequest, Response as HttpResponse, header},
-};
+use axum::Router;
+use axum::body::{Body, to_bytes};
+use axum::http::{HeaderValue, Request as HttpRequest, Response as HttpResponse, header};
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
-use service::{
-    InProcess, MayHaveArrived, Settings,
-    missions::{Missions, replay::replay},
-};
+use service::missions::Missions;
+use service::missions::replay::replay;
+use service::{InProcess, MayHaveArrived, Settings};
 use store::{EventReader, EventStore, Member, Trouble};
 use tempfile::TempDir;
 use tokio::sync::watch;
 use tower::ServiceExt as _;
 
-use super::{
-    World,
-    database::{Database, name},
-    faults::{Fault, Kind},
-    lock, planners, rng,
-};
+use super::database::{Database, name};
+use super::faults::{Fault, Kind};
+use super::{World, lock, planners, rng};
 use crate::client::{get, post, with};
 
 /// Longest answer read, bytes.
@@ -217,7 +209,7 @@ impl Host {
 
     /// Begins or ends a fault of the database or its connections.
     pub(super) fn trouble(&self, fault: &Fault, begins: bool) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "is small")]
+        #[expect(clippy::cast_possible_truncation, reason = "is small")]
         let each = fault.size as u32;
         let trouble = match fault.kind {
             Kind::DatabaseFull => Trouble::Full,

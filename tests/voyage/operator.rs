@@ -6,11 +6,8 @@ use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-use super::{
-    Course, World,
-    host::{Host, Request},
-    rng,
-};
+use super::host::{Host, Request};
+use super::{Course, World, rng};
 
 /// Time between two tries.
 const RETRY: Duration = Duration::from_millis(500);

@@ -2,13 +2,11 @@
 
 use std::cell::Cell;
 
-use planner::{
-    angle::Heading,
-    parameters::Parameters,
-    plan::{Plan, Workspace, plan_until},
-    snapshot::Snapshot,
-    stop::Stop,
-};
+use planner::angle::Heading;
+use planner::parameters::Parameters;
+use planner::plan::{Plan, Workspace, plan_until};
+use planner::snapshot::Snapshot;
+use planner::stop::Stop;
 
 /// One plan in this many solves its program in a voyage with faults; lower levels need a tenth.
 const SOLVED: u64 = 10;

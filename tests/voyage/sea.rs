@@ -1,10 +1,8 @@
 //! The boat with its autopilot, the AUV, and the wire to the bridge with its messages.
 
-use std::{
-    f64::consts::TAU,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use bridge::wire::Input;
 use mavlink::{

@@ -1,22 +1,17 @@
 //! Displays after one fault: status line, ground station, and the mission on the page.
 
-use std::{
-    io,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::io;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use serde::Serialize;
 use serde_json::Value;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use super::{
-    World,
-    faults::{Fault, Kind},
-    host::{Host, Request},
-    lock,
-    sea::Sea,
-};
+use super::faults::{Fault, Kind};
+use super::host::{Host, Request};
+use super::sea::Sea;
+use super::{World, lock};
 
 /// Begin and duration of the fault, s: longer than a frozen position is trusted.
 const BEGINS_S: f64 = 120.0;

@@ -5,16 +5,12 @@
 //! nmea_for_tests write             "heading_rad speed_mps" a line in, sentences out
 //! ```
 
-use std::{
-    error::Error,
-    io::{self, BufRead as _, Write as _},
-};
+use std::error::Error;
+use std::io::{self, BufRead as _, Write as _};
 
-use pilotfish_bridge::{
-    CraftMeasurement, Measurement,
-    nmea::{NmeaReader, heading_and_speed_sentences},
-    reference::Reference,
-};
+use pilotfish_bridge::nmea::{NmeaReader, heading_and_speed_sentences};
+use pilotfish_bridge::reference::Reference;
+use pilotfish_bridge::{CraftMeasurement, Measurement};
 use serde_json::{Map, Value, json};
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -2,16 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use crate::{
-    Measurement, Rejects,
-    mavlink::{
-        Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
-        Parameters,
-    },
-    nmea::{NmeaReader, heading_and_speed_sentences},
-    reference::Reference,
-    wire::{Endpoint, Output, Received},
+use crate::mavlink::{
+    Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
+    Parameters,
 };
+use crate::nmea::{NmeaReader, heading_and_speed_sentences};
+use crate::reference::Reference;
+use crate::wire::{Endpoint, Output, Received};
+use crate::{Measurement, Rejects};
 
 /// The autopilot, which follows references.
 #[derive(Debug)]
@@ -180,11 +178,7 @@ pub(crate) fn read_nmea(reader: &mut NmeaReader, piece: &Received, unix_s: f64) 
 }
 
 /// Milliseconds since the start, as the message has it: it wraps after 49 days.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "it is meant to wrap"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "it is meant to wrap")]
 fn boot_ms(now: f64) -> u32 {
     (now * 1e3) as u64 as u32
 }

@@ -5,12 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector2;
 use planner::angle::direction;
 
-use crate::{
-    CraftMeasurement, Origin,
-    current_observer::CurrentObserver,
-    integrity::{Alarm, Integrity, Source},
-    recent_positions::moved,
-};
+use crate::current_observer::CurrentObserver;
+use crate::integrity::{Alarm, Integrity, Source};
+use crate::recent_positions::moved;
+use crate::{CraftMeasurement, Origin};
 
 /// Greatest difference of times within one state, s.
 const AGE_MAX_S: f64 = 2.0;
@@ -217,10 +215,8 @@ fn fresh<T: Copy>(dated: Dated<T>, t_s: f64) -> Option<T> {
 mod fault_tests;
 #[cfg(test)]
 mod tests {
-    use super::{
-        CraftMeasurement::{GroundSpeed, GroundVelocity, Heading, Position},
-        *,
-    };
+    use super::CraftMeasurement::{GroundSpeed, GroundVelocity, Heading, Position};
+    use super::*;
     use crate::on_earth;
 
     const HERE: Origin = Origin {

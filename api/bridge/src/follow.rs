@@ -4,29 +4,25 @@
 //! sends only what `Authority` allows. If any part stops, the autopilot's own time-out stops the
 //! craft, and the mission's log has the reason.
 
-use std::{
-    fmt,
-    time::{Duration, Instant},
-};
+use std::fmt;
+use std::time::{Duration, Instant};
 
 use ::wire::{DeclaredLimits, Origin, mission::SteeringState};
 use clock::Clock;
 use serde_json::{Value, json};
 use tokio::sync::mpsc::{Receiver, channel};
 
-use crate::{
-    MeasuredState, Rejects,
-    acoustics::Modem,
-    autopilot_link::{AutopilotLink, AutopilotSettings},
-    bridge_clock::BridgeClock,
-    mavlink::{Action, Contradiction, Control},
-    mission_client::MissionClient,
-    mission_link::{LinkStatus, MissionChoice, MissionLink},
-    mission_setup::{complete, declared, needs_origin},
-    output_limiter::OutputLimits,
-    reference::Reference,
-    wire::{Endpoint, Input, Output, Received},
-};
+use crate::acoustics::Modem;
+use crate::autopilot_link::{AutopilotLink, AutopilotSettings};
+use crate::bridge_clock::BridgeClock;
+use crate::mavlink::{Action, Contradiction, Control};
+use crate::mission_client::MissionClient;
+use crate::mission_link::{LinkStatus, MissionChoice, MissionLink};
+use crate::mission_setup::{complete, declared, needs_origin};
+use crate::output_limiter::OutputLimits;
+use crate::reference::Reference;
+use crate::wire::{Endpoint, Input, Output, Received};
+use crate::{MeasuredState, Rejects};
 
 mod decision;
 mod mission_log;

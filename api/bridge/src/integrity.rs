@@ -24,11 +24,9 @@ use planner::angle::{angle_of, wrap};
 
 pub(crate) use self::sources::Source;
 
-use self::{
-    sources::Sources,
-    track::{Fit, Track},
-    turns::Turns,
-};
+use self::sources::Sources;
+use self::track::{Fit, Track};
+use self::turns::Turns;
 use crate::{
     CraftMeasurement, Origin, Rejects,
     recent_positions::{RecentPositions, moved},
@@ -369,8 +367,7 @@ impl Integrity {
             if is_frozen {
                 self.position_frozen_s = Some(t_s);
             }
-            // The next evidence must be new. A craft at rest gives none: a receiver may have frozen
-            // at the berth.
+            // The next evidence must be new. At rest there is none: receivers freeze at berths too.
             if is_frozen || !has_pace(travel) && !has_pace(stationary.requested) {
                 let position = stationary.position;
                 self.stationary = Some(StationaryPosition { position, ..start });
@@ -427,7 +424,6 @@ impl Integrity {
         self.set(Alarm::HeadingContradicts, is_raised);
     }
 
-    /// Compares the heading with the measured course.
     fn compare_with_course(&mut self, t_s: f64, heading: f64) {
         let off = course(self.velocity(t_s)).map(|course| wrap(course - heading).abs());
         let since_s = self.off_course_s.unwrap_or(t_s);

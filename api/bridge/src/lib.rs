@@ -39,15 +39,11 @@ mod rejects;
 mod tests;
 pub mod wire;
 
-pub(crate) use self::{
-    craft_state::{CraftState, MeasuredState},
-    integrity::{Alarm, Source},
-    plan::Plan,
-    rejects::{Parsed, reject_if},
-};
+pub(crate) use self::craft_state::{CraftState, MeasuredState};
+pub(crate) use self::integrity::{Alarm, Source};
+pub(crate) use self::plan::Plan;
+pub(crate) use self::rejects::{Parsed, reject_if};
 pub use planner::snapshot::Origin;
 
-pub use self::{
-    measurement::{AuvFix, CraftMeasurement, Measurement, on_earth},
-    rejects::Rejects,
-};
+pub use self::measurement::{AuvFix, CraftMeasurement, Measurement, on_earth};
+pub use self::rejects::Rejects;

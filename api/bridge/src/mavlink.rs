@@ -10,9 +10,7 @@ mod reader;
 mod tests;
 mod writer;
 
-pub(crate) use self::{
-    authority::{Action, Authority, Conditions, Control, HEARTBEAT_AGE_MAX_S, Silence},
-    autopilot::{Autopilot, Contradiction, Heartbeat, Parameters},
-    reader::{AutopilotEvent, MavlinkReader},
-    writer::{MavlinkWriter, TEXT_BYTES},
-};
+pub(crate) use self::authority::{Action, Authority, Conditions, Control, HEARTBEAT_AGE_MAX_S, Silence};
+pub(crate) use self::autopilot::{Autopilot, Contradiction, Heartbeat, Parameters};
+pub(crate) use self::reader::{AutopilotEvent, MavlinkReader};
+pub(crate) use self::writer::{MavlinkWriter, TEXT_BYTES};

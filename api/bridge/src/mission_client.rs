@@ -1,15 +1,11 @@
 //! HTTP requests of a live mission: a client of the service's API.
 
-use std::{
-    error::Error,
-    sync::atomic::{AtomicUsize, Ordering},
-    time::Duration,
-};
+use std::error::Error;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
 
-use ::wire::{
-    FieldError,
-    mission::{Accepted, CurrentReference, Mission, MissionList, Reports, Run, Status},
-};
+use ::wire::FieldError;
+use ::wire::mission::{Accepted, CurrentReference, Mission, MissionList, Reports, Run, Status};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 use ureq::http::StatusCode;

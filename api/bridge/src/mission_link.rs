@@ -1,33 +1,26 @@
 //! A live mission beside the craft's loop. Its own tasks send reports and wait for plans, so that a
 //! slow service never delays the craft's messages.
 
-use std::{
-    mem,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::mem;
+use std::sync::Arc;
+use std::time::Duration;
 
-use ::wire::{
-    Asc, Current, Report,
-    mission::{
-        AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
-    },
+use ::wire::mission::{
+    AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
 };
-use planner::{
-    angle::angle_of,
-    snapshot::{REPORTS_MAX, ranges_by_shape},
-};
+use ::wire::{Asc, Current, Report};
+use parking_lot::Mutex;
+use planner::angle::angle_of;
+use planner::snapshot::{REPORTS_MAX, ranges_by_shape};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
 
-use crate::{
-    AuvFix, MeasuredState, Rejects,
-    arrivals::Arrivals,
-    bridge_clock::BridgeClock,
-    mission_client::{MissionClient, ServiceError},
-    plan::Plan,
-};
+use crate::arrivals::Arrivals;
+use crate::bridge_clock::BridgeClock;
+use crate::mission_client::{MissionClient, ServiceError};
+use crate::plan::Plan;
+use crate::{AuvFix, MeasuredState, Rejects};
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);
@@ -144,27 +137,27 @@ impl MissionLink {
     }
 
     pub(crate) fn status(&self) -> LinkStatus {
-        lock(&self.shared.status).clone()
+        self.shared.status.lock().clone()
     }
 
     /// Posts the craft's newest state soon, by the bridge's clock, and whether it is steered.
     pub(crate) fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
-        let report = asc_report(t_s, state, is_steered, &mut lock(&self.shared.status).clamped);
-        lock(&self.shared.outbox).asc = vec![report];
+        let report = asc_report(t_s, state, is_steered, &mut self.shared.status.lock().clamped);
+        self.shared.outbox.lock().asc = vec![report];
     }
 
     /// Posts a fix soon, with Unix time.
     pub(crate) fn report_auv(&self, fix: &AuvFix) {
-        let report = auv_report(fix, self.shared.sigma_m, &mut lock(&self.shared.status).clamped);
-        let mut outbox = lock(&self.shared.outbox);
+        let report = auv_report(fix, self.shared.sigma_m, &mut self.shared.status.lock().clamped);
+        let mut outbox = self.shared.outbox.lock();
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
 
     /// Posts the state of the steering soon, with the bridge's time.
     pub(crate) fn report_steering(&self, t_s: f64, state: SteeringState, why: &str) {
         let (t_s, why) = (self.shared.clock.unix_s(t_s), why.to_owned());
-        lock(&self.shared.outbox).steering = vec![Steering { t_s, state, why }];
+        self.shared.outbox.lock().steering = vec![Steering { t_s, state, why }];
     }
 
     /// Writes into the mission's log soon, with the time on the bridge's clock.
@@ -180,12 +173,12 @@ impl Shared {
         let run = self.clock.unix_s(0.0).to_bits();
         for number in 0_u64.. {
             let started = clock.now();
-            let known = lock(&self.status).mission.clone();
+            let known = self.status.lock().mission.clone();
             let mission = match known {
                 Some(mission) => mission,
                 None => self.find(choice).await,
             };
-            let reports = mem::take(&mut *lock(&self.outbox));
+            let reports = mem::take(&mut *self.outbox.lock());
             if reports != Reports::default() {
                 let key = format!("bridge-{run:x}-{number}");
                 self.post_until_answered(&mission, &reports, &key).await;
@@ -209,7 +202,7 @@ impl Shared {
             };
             match found {
                 Ok(mission) => {
-                    let mut status = lock(&self.status);
+                    let mut status = self.status.lock();
                     status.is_answered();
                     status.is_over = mission.status.is_over();
                     status.mission = Some(mission.id.clone());
@@ -217,7 +210,7 @@ impl Shared {
                     return mission.id;
                 }
                 Err(error) => {
-                    let mut status = lock(&self.status);
+                    let mut status = self.status.lock();
                     // A mission that the bridge would create can be lost on the way to it.
                     status.has_failed = match &error {
                         ServiceError::Unavailable(_) => false,
@@ -233,7 +226,7 @@ impl Shared {
 
     /// Handles a lost `mission`: the bridge creates its own again; a lost joined one ends it.
     fn lose(&self, mission: &str) {
-        let mut status = lock(&self.status);
+        let mut status = self.status.lock();
         // The other task may have noticed it already.
         if status.mission.as_deref() != Some(mission) {
             return;
@@ -247,22 +240,22 @@ impl Shared {
 
     fn note(&self, t_s: f64, text: &str) {
         let (t_s, text) = (self.clock.unix_s(t_s), text.to_owned());
-        push(&mut lock(&self.outbox).notes, Note { t_s, text });
+        push(&mut self.outbox.lock().notes, Note { t_s, text });
     }
 
     async fn post_until_answered(&self, mission: &str, reports: &Reports, key: &str) {
         loop {
             match self.client.report(mission, reports, key).await {
                 Ok(rejected) => {
-                    let mut status = lock(&self.status);
+                    let mut status = self.status.lock();
                     status.is_answered();
                     return status.count_rejected(rejected);
                 }
                 Err(ServiceError::NoMission) => return self.lose(mission),
                 Err(error @ ServiceError::Rejected { .. }) => {
-                    return lock(&self.status).count_rejected(vec![error.to_string()]);
+                    return self.status.lock().count_rejected(vec![error.to_string()]);
                 }
-                Err(error) => lock(&self.status).fails(self.clock.now_s(), &error),
+                Err(error) => self.status.lock().fails(self.clock.now_s(), &error),
             }
             self.clock.machine.sleep(RETRY).await;
         }
@@ -271,7 +264,7 @@ impl Shared {
     async fn wait_for_plans(&self) {
         let mut newest = Newest::default();
         loop {
-            let mission = lock(&self.status).mission.clone();
+            let mission = self.status.lock().mission.clone();
             if mission.is_some() && mission != newest.mission {
                 newest = Newest::default();
                 newest.mission.clone_from(&mission);
@@ -293,7 +286,7 @@ impl Shared {
             Ok(None) => {
                 // Without a plan, the mission's status shows if one will come.
                 if let Ok(Mission { status, .. }) = self.client.mission(mission).await {
-                    let mut now = lock(&self.status);
+                    let mut now = self.status.lock();
                     now.is_over = status.is_over();
                     now.is_paused = status == Status::Paused;
                 }
@@ -302,7 +295,7 @@ impl Shared {
             Err(error) => {
                 match error {
                     ServiceError::NoMission => self.lose(mission),
-                    error => lock(&self.status).fails(self.clock.now_s(), &error),
+                    error => self.status.lock().fails(self.clock.now_s(), &error),
                 }
                 false
             }
@@ -320,7 +313,7 @@ impl Shared {
         if is_new {
             (newest.sequence, newest.arrived_s) = (answer.sequence, now_s);
         }
-        let mut now = lock(&self.status);
+        let mut now = self.status.lock();
         // The mission was lost meanwhile.
         if now.mission.as_deref() != Some(mission) {
             return false;
@@ -357,10 +350,6 @@ fn push<T>(waiting: &mut Vec<T>, item: T) {
     if waiting.len() > REPORTS_MAX {
         waiting.remove(0);
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// `value` within the API's range of a `member` of `shape`. `counts` has changes by `name`.

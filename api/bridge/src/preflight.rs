@@ -4,12 +4,10 @@ use std::fmt;
 
 use planner::angle::{angle_of, wrap};
 
-use crate::{
-    MeasuredState,
-    follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes},
-    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
-    plan::speed_to,
-};
+use crate::MeasuredState;
+use crate::follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes};
+use crate::mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence};
+use crate::plan::speed_to;
 
 /// Result of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

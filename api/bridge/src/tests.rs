@@ -1,9 +1,7 @@
 //! Answers of a service and messages of an autopilot, for tests.
 
-use ::mavlink::{
-    MAVLinkV2MessageRaw, MavHeader,
-    dialects::ardupilotmega::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavType},
-};
+use ::mavlink::dialects::ardupilotmega::{HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavType};
+use ::mavlink::{MAVLinkV2MessageRaw, MavHeader};
 use serde_json::{Value, json};
 
 /// Answer of `…/reference` with the plan of event `sequence`: to the north at 20 m/s.

@@ -8,17 +8,15 @@
     reason = "sockets and serial ports block: each has a thread of its own, which does nothing else"
 )]
 
-use std::{
-    fmt,
-    io::{self, Read as _, Write as _},
-    net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket},
-    str::FromStr,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    thread,
-    time::{Duration, Instant},
-};
+use std::io::{self, Read as _, Write as _};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
+use std::str::FromStr;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use std::{fmt, thread};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use serial2::SerialPort;
 use tokio::sync::mpsc::Sender;
 
@@ -133,12 +131,11 @@ const READ_BYTES: usize = 4096;
 
 /// Opens `endpoint` on its own thread, and again after failures, until the bridge is gone.
 pub fn open(endpoint: &Endpoint, input: Input) -> Output {
-    let line = Arc::new(Mutex::new(None));
+    let line = Arc::new(Mutex::new(None::<OpenWire>));
     let (kept, endpoint) = (Arc::clone(&line), endpoint.clone());
     thread::spawn(move || keep_open(&endpoint, &kept, &input));
     Box::new(move |bytes| {
-        let mut line: MutexGuard<Option<OpenWire>> = line.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(open) = line.as_mut()
+        if let Some(open) = line.lock().as_mut()
             && let Err(error) = open.write(bytes)
         {
             tracing::debug!(%error, "not sent");
@@ -148,7 +145,7 @@ pub fn open(endpoint: &Endpoint, input: Input) -> Output {
 
 /// Opens, reads until it breaks, and repeats.
 fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<OpenWire>>, input: &Input) {
-    let keep = |line| *kept.lock().unwrap_or_else(PoisonError::into_inner) = line;
+    let keep = |line| *kept.lock() = line;
     let mut was_open = true;
     loop {
         match OpenWire::open(endpoint) {
@@ -253,7 +250,7 @@ impl OpenWire {
                 let (count, sender) = socket.recv_from(into)?;
                 if *peers != [sender] {
                     *peers = vec![sender];
-                    *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(self.clone());
+                    *kept.lock() = Some(self.clone());
                 }
                 // An empty datagram is not the end of a stream.
                 if count == 0 {
@@ -363,7 +360,7 @@ mod tests {
                 (heard.wire, heard.bytes.as_slice(), heard.is_datagram),
                 (3, &said[..], true)
             );
-            let mut open = kept.lock().expect("no thread panicked");
+            let mut open = kept.lock();
             open.as_mut().expect("is open").write(b"aye").expect("is sent");
             let mut answer = [0; 8];
             let count = craft.recv(&mut answer).expect("is answered");

@@ -12,14 +12,12 @@
     reason = "the one place that reads the machine's clocks, sleeps and starts threads"
 )]
 
-use std::{
-    io,
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, PoisonError},
-    thread,
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
-};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::{io, thread};
 
+use parking_lot::Mutex;
 use rustix::time::{ClockId, clock_gettime};
 use tokio::{
     runtime, task,
@@ -99,7 +97,7 @@ impl Clock {
             None => SystemTime::now()
                 .duration_since(UNIX_EPOCH)
                 .map_or(0.0, |since| since.as_secs_f64()),
-            Some(simulated) => simulated.settings().unix_s + self.since(simulated.start).as_secs_f64(),
+            Some(simulated) => simulated.settings.lock().unix_s + self.since(simulated.start).as_secs_f64(),
         }
     }
 
@@ -224,25 +222,21 @@ impl Clock {
     /// Sets the wall clock of a simulated machine forward or back by `seconds`.
     pub fn set_by(&self, seconds: f64) {
         if let Some(simulated) = &self.0 {
-            simulated.settings().unix_s += seconds;
+            simulated.settings.lock().unix_s += seconds;
         }
     }
 
     /// Lets later blocking work of a simulated machine wait `lag` for a thread.
     pub fn delay_threads(&self, lag: Duration) {
         if let Some(simulated) = &self.0 {
-            simulated.settings().lag = lag;
+            simulated.settings.lock().lag = lag;
         }
     }
 }
 
 impl Simulated {
-    fn settings(&self) -> std::sync::MutexGuard<'_, Settings> {
-        self.settings.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     async fn wait_for_thread(&self) {
-        let lag = self.settings().lag;
+        let lag = self.settings.lock().lag;
         if lag.is_zero() {
             // Other tasks may run first, as with a thread.
             task::yield_now().await;

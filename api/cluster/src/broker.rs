@@ -1,21 +1,14 @@
 //! The connection to the broker, and the names of stored objects.
 
-use std::{
-    error::Error as _,
-    io::{Cursor, ErrorKind},
-    path::PathBuf,
-    time::Duration,
-};
+use std::error::Error as _;
+use std::io::{Cursor, ErrorKind};
+use std::path::PathBuf;
+use std::time::Duration;
 
-use async_nats::{
-    ConnectError, ConnectErrorKind, ConnectOptions,
-    jetstream::{
-        self, Context, ErrorCode,
-        context::{GetStreamError, GetStreamErrorKind, ObjectStoreError},
-        object_store::{self, ObjectStore},
-        stream,
-    },
-};
+use async_nats::jetstream::context::{GetStreamError, GetStreamErrorKind, ObjectStoreError};
+use async_nats::jetstream::object_store::{self, ObjectStore};
+use async_nats::jetstream::{self, Context, ErrorCode, stream};
+use async_nats::{ConnectError, ConnectErrorKind, ConnectOptions};
 use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, CampaignError, DirectoryError, Manifest, WorkError, rows::SCHEMA_VERSION};
@@ -58,39 +51,29 @@ pub struct Access {
 }
 
 /// The fault of an operation on the cluster.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum ClusterError {
-    /// There is no connection to the broker: its addresses without passwords, and advice.
     #[error("cannot connect to {0}: {1}")]
     NoConnection(String, &'static str, #[source] ConnectError),
-    /// The broker does not answer, or refuses.
     #[error("cannot {0}")]
     Broker(String, #[source] async_nats::Error),
-    /// A file with credentials or certificates cannot be read.
     #[error("cannot read {0}")]
     File(String, #[source] std::io::Error),
-    /// There is no such campaign.
     #[error("there is no campaign {0:?} on this broker")]
     NoCampaign(String),
-    /// The campaign is of another version.
     #[error("{0}")]
     OtherVersion(String),
-    /// The campaign is of another build of this version.
     #[error("campaign {0} comes from another build of this version, with other scenarios")]
     OtherBuild(String),
-    /// The campaign's file is wrong.
     #[error(transparent)]
     Campaign(#[from] CampaignError),
-    /// The campaign's directory cannot be used.
     #[error(transparent)]
     Directory(#[from] DirectoryError),
-    /// A piece of work cannot be done.
     #[error(transparent)]
     Work(#[from] WorkError),
-    /// Work was given up.
     #[error("{} chunks of work failed too often: {}", .0.len(), .0.join("; "))]
     Parked(Vec<String>),
-    /// Work is left: the numbers of finished chunks and of all.
     #[error("{0} of {1} chunks are done: wait for the workers (campaign watch)")]
     Unfinished(usize, usize),
 }
@@ -143,7 +126,6 @@ pub(crate) fn subject(version: &str, campaign: &str, name: &str) -> String {
     format!("{SUBJECT}.{version}.{campaign}.{}", name.replace('/', "."))
 }
 
-/// All subjects of `version`.
 pub(crate) fn subjects_of(version: &str) -> String {
     format!("{SUBJECT}.{version}.>")
 }

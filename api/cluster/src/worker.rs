@@ -1,28 +1,22 @@
 //! A worker: does the work of any campaign.
 
-use std::{
-    collections::HashMap,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use async_nats::jetstream::{
-    AckKind, Message,
-    consumer::{AckPolicy, Consumer, pull},
-    object_store::ObjectStore,
-};
+use async_nats::jetstream::consumer::{AckPolicy, Consumer, pull};
+use async_nats::jetstream::object_store::ObjectStore;
+use async_nats::jetstream::{AckKind, Message};
 use clock::Clock;
 use futures_util::StreamExt as _;
 use lab::campaign::{Campaign, Manifest, Work};
 use tokio::sync::watch;
 
-use super::{
-    broker::{
-        Broker, ClusterError, PARKED, PAUSE, WorkMessage, WorkerEvent, as_token, failed, fetch, names, store,
-        subjects_of, version_in,
-    },
-    submit::send,
+use super::broker::{
+    Broker, ClusterError, PARKED, PAUSE, WorkMessage, WorkerEvent, as_token, failed, fetch, names, store,
+    subjects_of, version_in,
 };
+use super::submit::send;
 
 /// Time without a sign of life after which work goes to another worker.
 const ACK_WAIT: Duration = Duration::from_secs(20);

@@ -2,13 +2,11 @@
 
 #![expect(clippy::disallowed_methods, reason = "a real broker lives in real time")]
 
-use std::{
-    net::TcpListener,
-    path::Path,
-    process::{Child, Command, Stdio},
-    sync::Mutex,
-    time::Duration,
-};
+use std::net::TcpListener;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Mutex;
+use std::time::Duration;
 
 use async_nats::jetstream;
 use clock::Clock;

@@ -5,11 +5,9 @@ use std::{collections::BTreeMap, io::BufReader};
 use geojson::{Feature, GeoJson, GeometryValue, Position};
 use serde_json::{Value, value::RawValue};
 
-use crate::{
-    mission::Mission,
-    progress::{BYTES_MAX, Progress},
-    route::{HOLES, NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened},
-};
+use crate::mission::Mission;
+use crate::progress::{BYTES_MAX, Progress};
+use crate::route::{HOLES, NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened};
 
 /// Most memory for the values of a file, bytes: four times the largest file.
 const VALUES_BYTES_MAX: usize = 4 * BYTES_MAX;

@@ -41,7 +41,6 @@ pub fn lanes_over(corners: &[[f64; 2]], mower: &LawnMower) -> Result<Vec<[f64; 2
     let most = across().fold(f64::NEG_INFINITY, f64::max);
     let spacing = mower.spacing_m;
     let n_lanes = ((most - least) / spacing).round().max(1.0);
-    #[expect(clippy::cast_precision_loss, reason = "200,000")]
     let n_lanes_max = POINTS_MAX as f64 / 2.0;
     if !(0.0 < spacing && n_lanes <= n_lanes_max) {
         return Err(NoLanes::Spacing(spacing));

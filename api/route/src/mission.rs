@@ -2,10 +2,8 @@
 
 use std::mem;
 
-use crate::{
-    progress::Progress,
-    route::{Route, RoutePoint, Unread},
-};
+use crate::progress::Progress;
+use crate::route::{Route, RoutePoint, Unread};
 
 /// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off,
 /// spline way-point. Source: MAVLink, MAV_CMD.
@@ -95,7 +93,6 @@ impl Mission {
         times: Option<f64>,
     ) -> Result<(), Unread> {
         let items = mem::take(&mut self.items);
-        #[expect(clippy::cast_precision_loss, reason = "numbers of items are small")]
         let at = items.iter().position(|item| Some(item.number as f64) == to);
         let (Some(at), Some(times)) = (at, times) else {
             let fault = "jumps to no item between the jump before and itself; write its legs out";

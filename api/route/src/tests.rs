@@ -1,8 +1,6 @@
-use std::{
-    cell::Cell,
-    fmt::Write as _,
-    io::{Cursor, Write as _},
-};
+use std::cell::Cell;
+use std::fmt::Write as _;
+use std::io::{Cursor, Write as _};
 
 use crate::{BYTES_MAX, Place, Route, read, read_until, select};
 

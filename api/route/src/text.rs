@@ -2,12 +2,10 @@
 
 use std::{f64::consts::FRAC_PI_2, mem};
 
-use crate::{
-    lawnmower::NoLanes,
-    mission::Mission,
-    progress::Progress,
-    route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened},
-};
+use crate::lawnmower::NoLanes;
+use crate::mission::Mission;
+use crate::progress::Progress;
+use crate::route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened};
 
 pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     if text.trim_start().starts_with("QGC WPL") {
@@ -45,7 +43,6 @@ fn wpl(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         let (place, item) = wpl_item(item)?;
         #[expect(
             clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
             reason = "what is no number or no command saturates, and is none"
         )]
         let number_and_command = (item[0] as u64, item[3] as u64);
@@ -250,7 +247,6 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
     };
     // The last lane lies on the far edge or beyond it.
     let n_lanes = (across / spacing - LANE_ROUNDING).ceil() + 1.0;
-    #[expect(clippy::cast_precision_loss, reason = "200,000")]
     let n_lanes_max = POINTS_MAX as f64 / 2.0;
     if !(0.0 < spacing && 1.0 <= n_lanes && n_lanes <= n_lanes_max) {
         return Err(Unread::new(place, NoLanes::Spacing(spacing).to_string()));

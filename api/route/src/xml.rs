@@ -1,20 +1,14 @@
 //! KML, GPX and RTZ: elements by their local names, at any depth. Only `&amp;` and character
 //! references are resolved, so that no text grows.
 
-use std::{
-    borrow::Cow,
-    io::{Cursor, Read as _},
-};
+use std::borrow::Cow;
+use std::io::{Cursor, Read as _};
 
-use quick_xml::{
-    Reader,
-    events::{BytesStart, Event},
-};
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
 
-use crate::{
-    progress::{BYTES_MAX, Progress},
-    route::{HOLES, Route, RoutePoint, Unread, lines_in, number, shortened},
-};
+use crate::progress::{BYTES_MAX, Progress};
+use crate::route::{HOLES, Route, RoutePoint, Unread, lines_in, number, shortened};
 
 const DEPTH_MAX: usize = 64;
 

@@ -1,11 +1,10 @@
 //! Example requests: the files of `examples/snapshots/`.
 
-use axum::{
-    Json,
-    extract::{Path, rejection::PathRejection},
-    http::header,
-    response::{IntoResponse, Response},
-};
+use axum::Json;
+use axum::extract::Path;
+use axum::extract::rejection::PathRejection;
+use axum::http::header;
+use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

@@ -1,12 +1,8 @@
 //! Liveness, readiness and version.
 
-use std::{
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    time::{Duration, Instant},
-};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use axum::{Json, extract::State};
 use planner::plan::Degraded;
@@ -16,15 +12,11 @@ use utoipa::ToSchema;
 
 use store::StoreError;
 
-use crate::{
-    edge::{
-        arrival::Arrival,
-        problem::{Problem, ProblemDocument},
-    },
-    examples::EXAMPLES,
-    missions::Missions,
-    planning::planners::Planners,
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::problem::{Problem, ProblemDocument};
+use crate::examples::EXAMPLES;
+use crate::missions::Missions;
+use crate::planning::planners::Planners;
 use wire::{PlanRequest, SCHEMA_VERSION};
 
 /// Lifetime of a verdict on readiness: any number of probes cost one test a second.

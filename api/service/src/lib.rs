@@ -7,12 +7,10 @@
 //! Every failure becomes a [`problem::Problem`], which chooses the status code. [`app`] has no
 //! socket and no missions; [`service`] adds missions, whose events are in the [event store](store).
 
-use axum::{
-    Router,
-    extract::Request,
-    middleware::{Next, from_fn},
-    routing::get,
-};
+use axum::Router;
+use axum::extract::Request;
+use axum::middleware::{Next, from_fn};
+use axum::routing::get;
 use tower_http::catch_panic::CatchPanicLayer;
 
 mod app_state;
@@ -28,19 +26,17 @@ mod planning;
 mod settings;
 
 use app_state::AppState;
+use edge::answer::AnswerMemory;
+use edge::body::Bodies;
 #[doc(hidden)]
 pub use edge::in_process::{Answering, InProcess, MayHaveArrived};
+use edge::middleware::{self, Middleware};
+use edge::page;
 pub use edge::{
     access,
     hosts::Hosts,
     problem, quota, slots,
     trace::{TraceContext, TraceFn},
-};
-use edge::{
-    answer::AnswerMemory,
-    body::Bodies,
-    middleware::{self, Middleware},
-    page,
 };
 use health::Readiness;
 pub use limits::BODY_BYTES_MAX;

@@ -4,24 +4,19 @@
 
 use std::{fmt, fs, sync::Arc, time::Duration};
 
-use axum::{
-    extract::State,
-    http::{Method, StatusCode, header},
-    response::IntoResponse,
-};
+use axum::extract::State;
+use axum::http::{Method, StatusCode, header};
+use axum::response::IntoResponse;
 use planner::plan::{self, Plan};
-use prometheus_client::{
-    collector::Collector,
-    encoding::{DescriptorEncoder, EncodeMetric, text::encode},
-    metrics::{
-        counter::{ConstCounter, Counter},
-        family::Family,
-        gauge::{ConstGauge, Gauge},
-        histogram::Histogram,
-        info::Info,
-    },
-    registry::Registry,
-};
+use prometheus_client::collector::Collector;
+use prometheus_client::encoding::text::encode;
+use prometheus_client::encoding::{DescriptorEncoder, EncodeMetric};
+use prometheus_client::metrics::counter::{ConstCounter, Counter};
+use prometheus_client::metrics::family::Family;
+use prometheus_client::metrics::gauge::{ConstGauge, Gauge};
+use prometheus_client::metrics::histogram::Histogram;
+use prometheus_client::metrics::info::Info;
+use prometheus_client::registry::Registry;
 use rustix::time::{ClockId, clock_gettime};
 use store::StoreMetrics;
 
@@ -248,7 +243,6 @@ impl Metrics {
         times.observe(solve_time.as_secs_f64());
         let iterations = f64::from(plan.solver.iterations);
         counts.solver_iterations.observe(iterations);
-        #[expect(clippy::cast_precision_loss, reason = "a few")]
         counts.scp_iterations.observe(plan.solver.scp_iterations as f64);
     }
 

@@ -7,15 +7,12 @@ use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
-use crate::{
-    app_state::AppState,
-    crafts,
-    edge::access::{self, is_public},
-    examples::{self, EXAMPLES},
-    health, metrics,
-    missions::routes as calls,
-    planning::{batch, plan, route_files},
-};
+use crate::app_state::AppState;
+use crate::edge::access::{self, is_public};
+use crate::examples::{self, EXAMPLES};
+use crate::missions::routes as calls;
+use crate::planning::{batch, plan, route_files};
+use crate::{crafts, health, metrics};
 
 mod limits;
 mod rules;

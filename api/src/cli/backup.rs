@@ -1,9 +1,7 @@
 //! `pilotfish backup`: copies the mission log while a service writes to it.
 
-use std::{
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use service::access::TokenFile;

@@ -1,35 +1,28 @@
 //! `pilotfish bridge` connects an autopilot to a mission; `pilotfish preflight` checks beforehand.
 
-use std::{
-    collections::BTreeSet,
-    error::Error,
-    fs, io,
-    path::{Path, PathBuf},
-    process,
-    time::Duration,
-};
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use std::{fs, io, process};
 
-use bridge::{
-    acoustics::{self, Modem},
-    autopilot_link::AutopilotSettings,
-    follow::{Bridge as Follower, Settings},
-    mission_client::{MissionClient, TokenFile, Transport},
-    mission_link::MissionChoice,
-    preflight::{Verdict, checks},
-    wire::{self, Endpoint, InvalidEndpoint},
-};
+use bridge::acoustics::{self, Modem};
+use bridge::autopilot_link::AutopilotSettings;
+use bridge::follow::{Bridge as Follower, Settings};
+use bridge::mission_client::{MissionClient, TokenFile, Transport};
+use bridge::mission_link::MissionChoice;
+use bridge::preflight::{Verdict, checks};
+use bridge::wire::{self, Endpoint, InvalidEndpoint};
 use clap::{Args, Subcommand, ValueEnum};
 use clock::Clock;
 use serde_json::{Value, json};
 use tokio::{runtime, sync::oneshot};
 
-use super::{
-    config::Config,
-    declared_routes::DeclaredRoutes,
-    failure::{Failure, because_of},
-    out_file::print,
-    serve::{HangUp, serve_and},
-};
+use super::config::Config;
+use super::declared_routes::DeclaredRoutes;
+use super::failure::{Failure, because_of};
+use super::out_file::print;
+use super::serve::{HangUp, serve_and};
 
 /// Longest wait for the autopilot.
 const PATIENCE: Duration = Duration::from_hours(24);

@@ -1,12 +1,10 @@
 //! `pilotfish campaign`: many missions of many controllers under many conditions.
 
-use std::{
-    error::Error,
-    io::{self, IsTerminal as _},
-    num::NonZeroUsize,
-    path::{Path, PathBuf},
-    time::{Duration, Instant},
-};
+use std::error::Error;
+use std::io::{self, IsTerminal as _};
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
 use clock::Clock;
@@ -236,7 +234,6 @@ impl ProgressDisplay {
         } else {
             let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
             let seconds = self.clock.since(since).as_secs_f64();
-            #[expect(clippy::cast_precision_loss, reason = "far fewer runs than 2⁵³")]
             let (rate, left) = (
                 progress.flown as f64 / seconds.max(1e-3),
                 (of - done.min(of)) as f64,

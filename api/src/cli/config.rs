@@ -1,13 +1,10 @@
 //! Configuration: a flag, else an environment variable, else a key of the file, else the default.
 
-use std::{
-    collections::BTreeMap,
-    env,
-    error::Error,
-    fs,
-    path::{Path, PathBuf},
-    time::Duration,
-};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use std::{env, fs};
 
 use rustix::fs::statvfs;
 use service::{access::TOKEN_PREFIX, missions::retention::Retention};
@@ -21,10 +18,8 @@ pub(crate) use flags::{CommonFlags, ServeFlags, hidden_places};
 pub(crate) use setting::Config;
 use setting::{COMMON, PREFIX, SERVE, Setting, all};
 
-use super::{
-    failure::{Failure, because_of},
-    out_file::print,
-};
+use super::failure::{Failure, because_of};
+use super::out_file::print;
 
 /// Variable of the configuration file's path.
 const FILE_VARIABLE: &str = "PILOTFISH_CONFIG";
@@ -54,11 +49,7 @@ impl Config {
     /// Disk space for the missions of one client, bytes.
     pub(crate) fn disk_share(&self) -> u64 {
         if 0.0 < self.client_gib {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "is in the setting's range"
-            )]
+            #[expect(clippy::cast_possible_truncation, reason = "is in the setting's range")]
             return (self.client_gib * GIB) as u64;
         }
         if self.store.is_some() {

@@ -1,17 +1,13 @@
 //! `--route`: the routes that AUVs follow, from the files of planning tools.
 
-use std::{
-    error::Error,
-    fs,
-    path::{Path, PathBuf},
-};
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use geodesy::Datum;
-use planner::{
-    path::Segment,
-    snapshot::{DeclaredPath, Origin},
-};
+use planner::path::Segment;
+use planner::snapshot::{DeclaredPath, Origin};
 use route::{Place, Route};
 use serde_json::{Value, json};
 use service::route_files::{PathOfFile, legs};

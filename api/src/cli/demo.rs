@@ -1,27 +1,23 @@
 //! `pilotfish demo`: a service with one simulated mission, and the page that shows it.
 
-use std::{
-    error::Error,
-    fs,
-    net::{SocketAddr, TcpListener},
-    os::unix::process::CommandExt as _,
-    path::Path,
-    process::{Command, Stdio},
-    sync::mpsc::channel,
-};
+use std::error::Error;
+use std::fs;
+use std::net::{SocketAddr, TcpListener};
+use std::os::unix::process::CommandExt as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::mpsc::channel;
 
 use clap::Args;
 use clock::Clock;
 use rustix::process::{Signal, getpid, kill_process};
 use serde_json::{Value, json};
 
-use crate::cli::{
-    config::{Config, Layers},
-    failure::because_of,
-    out_file::print,
-    scenarios::{NameOrFile, scenario},
-    serve::{HangUp, serve_and},
-};
+use crate::cli::config::{Config, Layers};
+use crate::cli::failure::because_of;
+use crate::cli::out_file::print;
+use crate::cli::scenarios::{NameOrFile, scenario};
+use crate::cli::serve::{HangUp, serve_and};
 
 #[derive(Debug, Args)]
 pub(crate) struct Demo {

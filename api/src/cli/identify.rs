@@ -8,10 +8,8 @@ use lab::{
     log_file::read,
 };
 
-use crate::cli::{
-    failure::because_of,
-    out_file::{OutFile, print},
-};
+use crate::cli::failure::because_of;
+use crate::cli::out_file::{OutFile, print};
 
 #[derive(Debug, Args)]
 pub(crate) struct Identify {

@@ -1,14 +1,12 @@
 //! Output: files that appear complete or not at all, and standard output.
 
-use std::{
-    borrow::Cow,
-    error::Error,
-    ffi::OsString,
-    fmt::Write as _,
-    fs::{self, File},
-    io::{self, BufWriter, Write as _},
-    path::{Path, PathBuf},
-};
+use std::borrow::Cow;
+use std::error::Error;
+use std::ffi::OsString;
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write as _};
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
@@ -129,7 +127,6 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Prints the digest of the rows of the campaign in `directory`.
 pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
     let directory = directory.display();
     Ok(print(&format!(

@@ -1,11 +1,9 @@
 //! `pilotfish plan`: one snapshot, one answer, no server.
 
-use std::{
-    error::Error,
-    fs,
-    io::{self, Read as _},
-    path::{Path, PathBuf},
-};
+use std::error::Error;
+use std::fs;
+use std::io::{self, Read as _};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use planner::solve::TOLERANCE;
@@ -14,12 +12,10 @@ use serde_json::Value;
 use service::offline;
 use wire::program_dump;
 
-use crate::cli::{
-    declared_craft::DeclaredCraft,
-    declared_routes::DeclaredRoutes,
-    failure::{Failure, because_of},
-    out_file::{OutFile, print, print_json},
-};
+use crate::cli::declared_craft::DeclaredCraft;
+use crate::cli::declared_routes::DeclaredRoutes;
+use crate::cli::failure::{Failure, because_of};
+use crate::cli::out_file::{OutFile, print, print_json};
 
 const STANDARD_INPUT: &str = "-";
 

@@ -12,7 +12,6 @@ pub(super) fn bar() -> ProgressBar {
     ProgressBar::new(TICKS).with_style(style)
 }
 
-/// Shows that the fraction `done` of `stage` is done.
 pub(super) fn show(bar: &ProgressBar, stage: &str, done: f64) {
     if bar.message() != stage {
         bar.set_message(stage.to_owned());
@@ -21,8 +20,6 @@ pub(super) fn show(bar: &ProgressBar, stage: &str, done: f64) {
     let ticks = bar.length().unwrap_or_default();
     #[expect(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "a fraction of a thousand ticks, and the cast saturates"
     )]
     bar.set_position((done * ticks as f64) as u64);

@@ -1,27 +1,21 @@
 //! `pilotfish route`: a route of a planning tool's file as it is followed; lanes over an area.
 
-use std::{
-    error::Error,
-    f64::consts::PI,
-    fmt::Write as _,
-    path::{Path, PathBuf},
-};
+use std::error::Error;
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use geodesy::Datum;
-use planner::{
-    nalgebra::{Rotation2, Vector2},
-    path::{LOOP_FROM, Path as TrackPath, REPEATED_WITHIN, Segment},
-    snapshot::Origin,
-};
+use planner::nalgebra::{Rotation2, Vector2};
+use planner::path::{LOOP_FROM, Path as TrackPath, REPEATED_WITHIN, Segment};
+use planner::snapshot::Origin;
 use route::{LawnMower, Route as FileRoute, lanes_over};
 use serde_json::json;
 
-use crate::cli::{
-    declared_routes::{CANNOT_SAIL, declared, first_on_earth, local, read},
-    failure::because_of,
-    out_file::{OutFile, print},
-};
+use crate::cli::declared_routes::{CANNOT_SAIL, declared, first_on_earth, local, read};
+use crate::cli::failure::because_of;
+use crate::cli::out_file::{OutFile, print};
 
 /// Most legs that are printed.
 const LEGS_PRINTED: usize = 40;

@@ -2,10 +2,8 @@
 
 use std::{error::Error, ffi::OsStr, path::Path};
 
-use clap::{
-    Arg, Args, Command,
-    builder::{PossibleValue, StringValueParser, TypedValueParser},
-};
+use clap::builder::{PossibleValue, StringValueParser, TypedValueParser};
+use clap::{Arg, Args, Command};
 use sim::scenario::Scenario;
 
 use crate::cli::out_file::{print, print_json};

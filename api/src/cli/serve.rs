@@ -1,28 +1,23 @@
 //! `pilotfish serve`: the service on a socket.
 
-use std::{
-    error::Error,
-    io::{self, Write},
-    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _},
-    path::Path,
-    sync::{Arc, atomic::Ordering},
-    time::Duration,
-};
+use std::error::Error;
+use std::io::{self, Write};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs as _};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use axum::http::Uri;
 use clock::Clock;
 use service::{Hosts, Settings, access::Tokens, examples::EXAMPLES, service};
 use store::{EventStore, Member, roots::verified_by};
-use tokio::{
-    net::TcpListener,
-    signal::unix::{Signal, SignalKind, signal},
-};
+use tokio::net::TcpListener;
+use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio_rustls::rustls::ClientConfig;
 
-use self::{
-    connections::{Connections, prepare},
-    tls::Tls,
-};
+use self::connections::{Connections, prepare};
+use self::tls::Tls;
 use super::{config::Config, failure::because_of};
 
 mod connections;
@@ -106,7 +101,7 @@ fn check_exposed(address: IpAddr, has_tokens: bool, has_tls: bool, insecure: boo
     if !insecure {
         return Err(format!(
             "other machines can reach {address}, but the service has {missing}: add what is missing, listen on 127.0.0.1, or \
-             use --insecure in a trusted network"
+             use ::--insecure in a trusted network"
         ));
     }
     let risk = if has_tokens {

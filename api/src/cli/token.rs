@@ -2,10 +2,8 @@
 
 use std::{error::Error, path::Path, time::Duration};
 
-use clap::{
-    Args, Subcommand,
-    builder::{NonEmptyStringValueParser, PossibleValuesParser},
-};
+use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser};
+use clap::{Args, Subcommand};
 use clock::Clock;
 use service::access::{NewToken, Role, TokenFile, TokenLimit};
 

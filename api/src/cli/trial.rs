@@ -1,17 +1,13 @@
 //! `pilotfish simulate --trial`: the log of a simulated sea trial.
 
-use std::{
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::error::Error;
+use std::path::{Path, PathBuf};
 
 use lab::{log_file::write_csv, trial::TrialSetup};
 use sim::surface_craft::SurfaceClass;
 
-use crate::cli::{
-    out_file::{OutFile, print},
-    scenarios::scenario,
-};
+use crate::cli::out_file::{OutFile, print};
+use crate::cli::scenarios::scenario;
 
 /// Runs the trial of `craft`, and writes its log to each of `paths`.
 pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {

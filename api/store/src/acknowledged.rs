@@ -11,14 +11,12 @@
 //! Lines survive a kill. The file is synced [`SYNC`] later: a sync before each acknowledgement
 //! costs a third to a half of the posts per second, and a power cut spares the write-ahead file.
 
-use std::{
-    collections::BTreeMap,
-    fs::{File, OpenOptions},
-    io::{self, Read as _},
-    os::unix::fs::{FileExt as _, OpenOptionsExt as _},
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read as _};
+use std::os::unix::fs::{FileExt as _, OpenOptionsExt as _};
+use std::path::Path;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use rusqlite::{Connection, OptionalExtension as _, params};

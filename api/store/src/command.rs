@@ -1,10 +1,8 @@
 //! Commands of the writer thread of either store, their order, and their replies.
 
-use std::{
-    ops::ControlFlow,
-    panic::{AssertUnwindSafe, catch_unwind},
-    time::Duration,
-};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
 
 use clock::Clock;
 use tokio::{
@@ -15,12 +13,10 @@ use tokio::{
     task::yield_now,
 };
 
-use super::{
-    entry::{Append, Appended, AuditEntry},
-    error::StoreError,
-    shares::Shares,
-    trusted_time::TrustedTime,
-};
+use super::entry::{Append, Appended, AuditEntry};
+use super::error::StoreError;
+use super::shares::Shares;
+use super::trusted_time::TrustedTime;
 
 /// Receives the reply, unless the caller is gone.
 pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;

@@ -5,14 +5,13 @@ use std::{path::PathBuf, time::Duration};
 use clock::Clock;
 use rusqlite::Connection;
 
-use super::{
-    EventStore,
-    copy_rows::{TABLES, copy_rows},
-    error::StoreError,
-    postgres::{self, batch::end},
-    reader::FILE_NAME,
-    rows::Rows,
-};
+use super::EventStore;
+use super::copy_rows::{TABLES, copy_rows};
+use super::error::StoreError;
+use super::postgres;
+use super::postgres::batch::end;
+use super::reader::FILE_NAME;
+use super::rows::Rows;
 
 /// Longest time for a statement of a copy: the last ones read every mission.
 const PATIENCE: Duration = Duration::from_hours(1);

@@ -2,10 +2,8 @@
 
 use rusqlite::types::ValueRef;
 
-use super::{
-    error::StoreError,
-    rows::{Param, Row, Rows},
-};
+use super::error::StoreError;
+use super::rows::{Param, Row, Rows};
 
 /// The copied columns of each table, in the order of their references.
 pub(super) const TABLES: [(&str, &str); 7] = [

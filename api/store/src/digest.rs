@@ -95,8 +95,7 @@ pub(super) fn register(connection: &Connection) -> rusqlite::Result<()> {
     })
 }
 
-/// SQL of both stores that computes missing digests. Events after a gap get none, so that readers
-/// name the loss.
+/// SQL of both stores that computes missing digests. Events after a gap get none: readers name it.
 macro_rules! fill {
     () => {
         "

@@ -15,16 +15,15 @@
     expect(dead_code, reason = "the database that is left out uses it")
 )]
 
-use std::{
-    fmt::Debug,
-    fs::File,
-    io,
-    path::Path,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
-};
+use std::fmt::Debug;
+use std::fs::File;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use rusqlite::Connection;
 use rustix::fs::statvfs;
 use tokio::sync::{
@@ -257,12 +256,12 @@ impl EventStore {
     /// Deletes the mission `id` and stores the order. `false` if there is no such mission.
     pub async fn delete(&self, id: String, order: AuditEntry) -> Result<bool, StoreError> {
         let deleted = self.ask(move |writer| writer.delete(&id, &order)).await?;
-        if deleted && self.damage().is_some() {
+        if deleted && self.shared.damage.lock().is_some() {
             // The damage may have been in this mission.
             let store = self.clone();
             self.machine().spawn_blocking(move || {
                 let verdict = store.verdict();
-                *store.damage() = verdict;
+                *store.shared.damage.lock() = verdict;
             });
         }
         Ok(deleted)
@@ -314,7 +313,7 @@ impl EventStore {
 
     /// Fails if damage was found or the store cannot be written.
     pub async fn probe(&self) -> Result<(), StoreError> {
-        let damage = self.damage().clone();
+        let damage = self.shared.damage.lock().clone();
         if let Some(what) = damage {
             return Err(StoreError::Damaged(what));
         }
@@ -375,10 +374,6 @@ impl EventStore {
     /// Remembers the first damage.
     pub fn note_damage(&self, what: String) {
         tracing::error!(what, "the mission log is damaged");
-        self.damage().get_or_insert(what);
-    }
-
-    fn damage(&self) -> MutexGuard<'_, Option<String>> {
-        self.shared.damage.lock().unwrap_or_else(PoisonError::into_inner)
+        self.shared.damage.lock().get_or_insert(what);
     }
 }

@@ -1,14 +1,12 @@
 //! The mission of an append, as its commit finds it, and the decision about the append.
 
-use super::{
-    digest::Head,
-    entry::{Append, Appended},
-    error::StoreError,
-    known::Known,
-    rows::Row,
-    shares::{Shares, Taken},
-    sql::signed,
-};
+use super::digest::Head;
+use super::entry::{Append, Appended};
+use super::error::StoreError;
+use super::known::Known;
+use super::rows::Row;
+use super::shares::{Shares, Taken};
+use super::sql::signed;
 
 pub(super) struct Locked {
     pub(super) head: Head,

@@ -1,11 +1,9 @@
 //! The store's files: locked by one writer, and checked before each acknowledgement.
 
-use std::{
-    fs::{self, File, TryLockError},
-    io,
-    os::unix::fs::MetadataExt as _,
-    path::{Path, PathBuf},
-};
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::os::unix::fs::MetadataExt as _;
+use std::path::{Path, PathBuf};
 
 use super::error::StoreError;
 

@@ -7,13 +7,11 @@
 //! ```
 //! A reply says if its commit may have failed; then the client sends again with the same key.
 
-use std::{
-    env,
-    net::IpAddr,
-    path::{Path, PathBuf},
-    sync::Arc,
-    time::Duration,
-};
+use std::env;
+use std::net::IpAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
 
 use clock::Clock;
 use tokio_postgres::{
@@ -21,16 +19,14 @@ use tokio_postgres::{
     config::{Host, SslMode, TargetSessionAttrs},
 };
 
-use super::{
-    Backend, EventStore,
-    command::LogWriter as _,
-    error::StoreError,
-    metrics::StoreMetrics,
-    ownership::{Member, Trouble},
-    reader::EventReader,
-    roots::verified_by,
-    trusted_time::{TrustedClock, TrustedTime},
-};
+use super::command::LogWriter as _;
+use super::error::StoreError;
+use super::metrics::StoreMetrics;
+use super::ownership::{Member, Trouble};
+use super::reader::EventReader;
+use super::roots::verified_by;
+use super::trusted_time::{TrustedClock, TrustedTime};
+use super::{Backend, EventStore};
 
 pub(super) mod batch;
 mod columns;
@@ -171,7 +167,6 @@ fn parameter(url: &str, key: &str) -> Option<String> {
     Some(value.into_owned())
 }
 
-/// The URL without the parameters of TLS.
 fn without_tls(url: &str) -> String {
     let Some((address, query)) = url.split_once('?') else {
         return url.to_owned();

@@ -5,17 +5,15 @@ use std::{path::Path, sync::Arc};
 use rusqlite::{Connection, OpenFlags};
 use wire::mission::Order;
 
-use super::{
-    digest::{CHECKPOINT, digest},
-    entry::{FIND_ANSWER, PreviousAnswer, StoredEvent, StoredMission},
-    error::StoreError,
-    locked::Locked,
-    open_files::OpenFiles,
-    packed::unpack,
-    rows::{MISSION, Param, Row, Rows, stored_mission},
-    schema,
-    sql::{LOCK_TIME, limit, signed, unsigned},
-};
+use super::digest::{CHECKPOINT, digest};
+use super::entry::{FIND_ANSWER, PreviousAnswer, StoredEvent, StoredMission};
+use super::error::StoreError;
+use super::locked::Locked;
+use super::open_files::OpenFiles;
+use super::packed::unpack;
+use super::rows::{MISSION, Param, Row, Rows, stored_mission};
+use super::schema;
+use super::sql::{LOCK_TIME, limit, signed, unsigned};
 
 /// Name of the store's file in the data directory.
 pub const FILE_NAME: &str = "missions.sqlite3";

@@ -2,11 +2,10 @@
 
 use std::{fmt, fs, path::Path, sync::Arc};
 
-use tokio_rustls::rustls::{
-    self, ClientConfig, RootCertStore,
-    crypto::ring,
-    pki_types::{CertificateDer, pem::PemObject as _},
-};
+use tokio_rustls::rustls::crypto::ring;
+use tokio_rustls::rustls::pki_types::CertificateDer;
+use tokio_rustls::rustls::pki_types::pem::PemObject as _;
+use tokio_rustls::rustls::{self, ClientConfig, RootCertStore};
 
 /// TLS settings that trust only the authorities in the PEM file `path`; none without `path`.
 pub fn verified_by(path: Option<&Path>) -> Result<ClientConfig, String> {

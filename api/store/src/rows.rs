@@ -2,17 +2,13 @@
 
 use std::{borrow::Cow, fmt::Debug};
 
-use rusqlite::{
-    Connection, Params, ToSql, params_from_iter,
-    types::{FromSql, ValueRef},
-};
+use rusqlite::types::{FromSql, ValueRef};
+use rusqlite::{Connection, Params, ToSql, params_from_iter};
 
-use super::{
-    digest::{digest, summary_of},
-    entry::{AuditEntry, StoredMission},
-    error::StoreError,
-    sql::{ORDER, PURGE, PURGE_EVENTS, PURGE_MISSION, unsigned, with_nul},
-};
+use super::digest::{digest, summary_of};
+use super::entry::{AuditEntry, StoredMission};
+use super::error::StoreError;
+use super::sql::{ORDER, PURGE, PURGE_EVENTS, PURGE_MISSION, unsigned, with_nul};
 
 /// A value for each store of this program.
 #[cfg(feature = "postgres")]

@@ -1,25 +1,21 @@
 //! Copies of the store: complete while a service writes, or the readable part of a damaged one.
 
-use std::{
-    fs::{self, File},
-    io::{self, BufWriter, Write},
-    path::Path,
-};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
 
 use rusqlite::Connection;
 use serde_json::json;
 
-use super::{
-    copy_rows::copy_rows,
-    entry::StoredMission,
-    error::StoreError,
-    files::{make_private, private_file},
-    packed::unpack,
-    reader::{EventReader, FILE_NAME},
-    rows::Rows,
-    schema,
-    sql::signed,
-};
+use super::copy_rows::copy_rows;
+use super::entry::StoredMission;
+use super::error::StoreError;
+use super::files::{make_private, private_file};
+use super::packed::unpack;
+use super::reader::{EventReader, FILE_NAME};
+use super::rows::Rows;
+use super::schema;
+use super::sql::signed;
 
 /// Name of the file with the readable events of damaged missions.
 pub const REST_NAME: &str = "damaged-missions.ndjson";

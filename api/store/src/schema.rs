@@ -4,11 +4,9 @@ use std::path::Path;
 
 use rusqlite::Connection;
 
-use super::{
-    digest::{fill, register},
-    error::StoreError,
-    writer::writing,
-};
+use super::digest::{fill, register};
+use super::error::StoreError;
+use super::writer::writing;
 
 const NEWEST: u32 = 9;
 

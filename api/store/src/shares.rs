@@ -2,11 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{
-    entry::{Append, Room},
-    error::StoreError,
-    rows::{Row, Rows},
-};
+use super::entry::{Append, Room};
+use super::error::StoreError;
+use super::rows::{Row, Rows};
 
 /// Bytes of an event, a stored answer or an order beside its text.
 const BESIDE_TEXT: u64 = 64;

@@ -1,10 +1,8 @@
 //! Statements that both stores execute, and conversions of their values.
 
-use std::{
-    borrow::Cow,
-    hash::{BuildHasher as _, RandomState},
-    time::Duration,
-};
+use std::borrow::Cow;
+use std::hash::{BuildHasher as _, RandomState};
+use std::time::Duration;
 
 /// Longest wait for a lock of a checkpoint or another program: missions answer within 10 s, and an
 /// append may wait behind two others.

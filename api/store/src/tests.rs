@@ -1,10 +1,8 @@
-use std::{
-    collections::HashMap,
-    fs,
-    os::unix::fs::{PermissionsExt as _, symlink},
-    path::Path,
-    time::Duration,
-};
+use std::collections::HashMap;
+use std::fs;
+use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::path::Path;
+use std::time::Duration;
 
 use super::{files::private_file, *};
 use clock::Clock;

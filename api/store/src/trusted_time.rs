@@ -8,17 +8,14 @@
 //! It never goes back. After a jump forward, or a long time without power, it lags behind the clock
 //! for three days or until a person sets it.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Instant,
-};
+use std::sync::Arc;
+use std::time::Instant;
 
 use clock::Clock;
+use parking_lot::Mutex;
 
-use super::{
-    error::StoreError,
-    rows::{Param, Rows},
-};
+use super::error::StoreError;
+use super::rows::{Param, Rows};
 
 /// Running time after which an agreeing clock is trusted, s.
 const AGREED: f64 = 3.0 * 86_400.0;
@@ -143,13 +140,13 @@ impl TrustedClock {
 
     /// Trusted time now, Unix time, s.
     pub fn now_s(&self) -> f64 {
-        let (time, read) = &*self.locked();
+        let (time, read) = &*self.time.lock();
         time.trusted + self.machine.since(*read).as_secs_f64()
     }
 
     /// Reads the machine's clocks, and returns the time to store.
     pub(super) fn read_clocks(&self) -> TrustedTime {
-        let (time, read) = &mut *self.locked();
+        let (time, read) = &mut *self.time.lock();
         time.advance_to(Reading::now(&self.machine), true);
         *read = self.machine.now();
         *time
@@ -157,21 +154,17 @@ impl TrustedClock {
 
     /// Lead of the machine's clock at the last reading, s; negative for a lag.
     pub fn clock_ahead_s(&self) -> f64 {
-        let (TrustedTime { trusted, seen, .. }, _) = &*self.locked();
+        let (TrustedTime { trusted, seen, .. }, _) = &*self.time.lock();
         seen.clock - trusted
     }
 
     /// Takes the machine's time, because a person has confirmed it. Returns the time to store.
     pub(super) fn believe_clock(&self) -> TrustedTime {
-        let (time, read) = &mut *self.locked();
+        let (time, read) = &mut *self.time.lock();
         *read = self.machine.now();
         time.seen = Reading::now(&self.machine);
         time.trusted = time.seen.clock;
         *time
-    }
-
-    fn locked(&self) -> MutexGuard<'_, (TrustedTime, Instant)> {
-        self.time.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -4,12 +4,10 @@ use std::{path::Path, time::Duration};
 
 use clock::Clock;
 
-use super::{
-    EventStore,
-    error::StoreError,
-    ownership::{Acquired, Member, Turn},
-    reader::EventReader,
-};
+use super::EventStore;
+use super::error::StoreError;
+use super::ownership::{Acquired, Member, Turn};
+use super::reader::EventReader;
 
 fn left_out<T>() -> Result<T, StoreError> {
     let reason = "this program is built without PostgreSQL: cargo build --release --features postgres";

@@ -4,20 +4,18 @@ use std::{sync::Arc, time::Duration};
 
 use rusqlite::{Connection, Transaction, TransactionBehavior};
 
-use super::{
-    acknowledged::{Acknowledged, Entry},
-    command::{LogWriter, Waiting, reply_to_each, stored},
-    digest::{Head, Links},
-    entry::{Append, Appended, AuditEntry, FIND_ANSWER, KeyedAnswer, StoredEvent},
-    error::StoreError,
-    known::Known,
-    locked::{Locked, decide},
-    open_files::OpenFiles,
-    rows::{Param, Rows},
-    shares::{Shares, Taken},
-    sql::{DELETED, PROTECT, PURGE, limit, signed},
-    trusted_time::{TrustedClock, TrustedTime},
-};
+use super::acknowledged::{Acknowledged, Entry};
+use super::command::{LogWriter, Waiting, reply_to_each, stored};
+use super::digest::{Head, Links};
+use super::entry::{Append, Appended, AuditEntry, FIND_ANSWER, KeyedAnswer, StoredEvent};
+use super::error::StoreError;
+use super::known::Known;
+use super::locked::{Locked, decide};
+use super::open_files::OpenFiles;
+use super::rows::{Param, Rows};
+use super::shares::{Shares, Taken};
+use super::sql::{DELETED, PROTECT, PURGE, limit, signed};
+use super::trusted_time::{TrustedClock, TrustedTime};
 use crate::metrics::StoreMetrics;
 
 const COMMIT_MAX: usize = 256;

@@ -1,16 +1,12 @@
 //! The program itself: its commands, exit codes and output, and the server on a real socket.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    io::{BufRead, Write},
-    process::{Command, Output, Stdio},
-};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{BufRead, Write};
+use std::process::{Command, Output, Stdio};
 
-use planner::{
-    craft::{CraftDescription, HeadingReference, SpeedReference},
-    los::LosLaw,
-};
+use planner::craft::{CraftDescription, HeadingReference, SpeedReference};
+use planner::los::LosLaw;
 use record::Format;
 use serde_json::Value;
 use tests::server::Server;

@@ -1,11 +1,9 @@
 //! The program as a command, and its output.
 
-use std::{
-    env, fs,
-    io::{self, Write as _},
-    process::{Child, Command, Output},
-    time::Duration,
-};
+use std::io::{self, Write as _};
+use std::process::{Child, Command, Output};
+use std::time::Duration;
+use std::{env, fs};
 
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

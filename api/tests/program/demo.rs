@@ -1,10 +1,8 @@
 //! `pilotfish demo`: its mission, the page that it opens, and the files that it leaves.
 
-use std::{
-    fs,
-    io::{BufRead as _, BufReader, Read as _},
-    process::{Command, Stdio},
-};
+use std::fs;
+use std::io::{BufRead as _, BufReader, Read as _};
+use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
 use serde_json::Value;

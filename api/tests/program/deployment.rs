@@ -4,11 +4,9 @@ use std::{env, fs, os::unix::fs::symlink, process::Command};
 
 use rustix::process::Signal;
 
-use crate::{
-    command::{ask_as, has, line, path, printed, serving, signal},
-    docs::root,
-    markdown::blocks,
-};
+use crate::command::{ask_as, has, line, path, printed, serving, signal};
+use crate::docs::root;
+use crate::markdown::blocks;
 
 #[test]
 fn the_steps_of_backup_and_restore_keep_the_tokens() {

@@ -1,11 +1,9 @@
 //! Commands, fields, files and examples of the documentation work. Its figures: [`crate::figures`].
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use serde_json::Value;
 use service::Settings;
@@ -13,10 +11,8 @@ use sim::scenario::{Files, Scenario};
 use tests::client::{get, send};
 use toml::{Table, map::Entry};
 
-use crate::{
-    command::{ask, has, pilotfish, serving, stderr, written},
-    markdown::{blocks, spans, titles, without_blocks, wrong_rows},
-};
+use crate::command::{ask, has, pilotfish, serving, stderr, written};
+use crate::markdown::{blocks, spans, titles, without_blocks, wrong_rows};
 
 /// A page of the documentation.
 pub(crate) struct Page {

@@ -23,10 +23,8 @@ use std::{collections::HashMap, env, fs, process::Command};
 
 use serde_json::Value;
 
-use crate::{
-    command::{json, line, printed},
-    docs::{Page, none, pages, root},
-};
+use crate::command::{json, line, printed};
+use crate::docs::{Page, none, pages, root};
 
 const BEGIN: &str = "<!-- figures\n";
 const END: &str = "<!-- end -->";

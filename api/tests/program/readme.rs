@@ -8,11 +8,9 @@ use std::{fs, process::Command};
 use serde_json::Value;
 use tests::server::Server;
 
-use crate::{
-    command::{has, json, pilotfish, printed, serving},
-    docs::root,
-    markdown::{Block, blocks},
-};
+use crate::command::{has, json, pilotfish, printed, serving};
+use crate::docs::root;
+use crate::markdown::{Block, blocks};
 
 /// The README's address of the server.
 const README_ADDRESS: &str = "127.0.0.1:8080";

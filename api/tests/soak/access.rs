@@ -6,10 +6,8 @@ use rustix::process::Signal;
 use tempfile::tempdir;
 use tests::server::certificate;
 
-use crate::{
-    command::{ask_as, path, printed, run, serving, signal},
-    until,
-};
+use crate::command::{ask_as, path, printed, run, serving, signal};
+use crate::until;
 
 fn add(file: &str, name: &str, role: &str) -> String {
     let made = run(&["token", "add", name, "--role", role, "--tokens", file]);

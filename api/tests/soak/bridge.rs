@@ -9,22 +9,17 @@
 //!     cargo test -p pilotfish --test soak bridge -- --nocapture
 //! ```
 
-use std::{
-    env,
-    io::Write as _,
-    net::{TcpListener, TcpStream},
-    process::{Child, Command, Stdio},
-    thread,
-    time::{Duration, Instant},
-};
+use std::io::Write as _;
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+use std::{env, thread};
 
-use mavlink::{
-    MavlinkReader,
-    dialects::ardupilotmega::{
-        COMMAND_LONG_DATA, MavCmd, MavMessage, MavModeFlag, MavParamType, PARAM_SET_DATA,
-    },
-    types::CharArray,
+use mavlink::MavlinkReader;
+use mavlink::dialects::ardupilotmega::{
+    COMMAND_LONG_DATA, MavCmd, MavMessage, MavModeFlag, MavParamType, PARAM_SET_DATA,
 };
+use mavlink::types::CharArray;
 use nalgebra::Vector2;
 use serde_json::Value;
 use tests::{
@@ -32,10 +27,8 @@ use tests::{
     server::Server,
 };
 
-use crate::{
-    command::{ask, has_all, pilotfish, serving},
-    kill::record_at,
-};
+use crate::command::{ask, has_all, pilotfish, serving};
+use crate::kill::record_at;
 
 /// The AUV's speed to the north, m/s, and its first position (north, east), m.
 const AUV_SPEED: f64 = 0.6;
@@ -427,7 +420,6 @@ impl Craft for ArduPilot {
         self.seen.1
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "modes are small numbers")]
     fn set_mode(&mut self, mode: u32) {
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, [1.0, mode as f32]);
     }

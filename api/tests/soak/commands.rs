@@ -1,22 +1,18 @@
 //! Commands that are observed while they run.
 
-use std::{
-    fs,
-    io::{Read as _, Write as _},
-    net::{TcpListener, TcpStream},
-    os::unix::fs::PermissionsExt as _,
-    process::Stdio,
-    thread::sleep,
-    time::Duration,
-};
+use std::fs;
+use std::io::{Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::os::unix::fs::PermissionsExt as _;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
 
 use rustix::process::Signal;
 use tests::server::Server;
 
-use crate::{
-    command::{ask, path, pilotfish, serving, signal, written},
-    until,
-};
+use crate::command::{ask, path, pilotfish, serving, signal, written};
+use crate::until;
 
 #[test]
 fn a_server_runs_without_a_reader_of_its_output() {

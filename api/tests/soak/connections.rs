@@ -1,18 +1,13 @@
 //! Connections that take places from others, or that a service has to end.
 
-use std::{
-    io::{Read as _, Write as _},
-    net::TcpStream,
-    time::Duration,
-};
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Duration;
 
 use serde_json::json;
 
-use crate::{
-    PATIENCE,
-    command::{ask_as, metric, path, printed, run, serving},
-    until,
-};
+use crate::command::{ask_as, metric, path, printed, run, serving};
+use crate::{PATIENCE, until};
 
 #[test]
 fn a_connection_that_takes_no_answer_is_closed() {

@@ -3,15 +3,12 @@
 //! `faults.c` is the failing machine. More power cuts than usual: `PILOTFISH_CUTS=100 cargo test -p
 //! pilotfish --test soak faults -- --nocapture`.
 
-use std::{
-    collections::BTreeSet,
-    env, fs,
-    path::{Path, PathBuf},
-    process::Command,
-    sync::LazyLock,
-    thread,
-    time::Duration,
-};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+use std::time::Duration;
+use std::{env, fs, thread};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -4,18 +4,15 @@
 //!
 //! More: `PILOTFISH_KILLS=200 PILOTFISH_STOPS=20 cargo test -p pilotfish --test soak kill`.
 
-use std::{
-    collections::{HashMap, HashSet},
-    env, fs,
-    io::{BufRead, BufReader, Read, Write},
-    net::{Ipv4Addr, TcpListener, TcpStream},
-    ops::RangeInclusive,
-    path::{Path, PathBuf},
-    process::{Command, ExitStatus},
-    sync::atomic::{AtomicBool, AtomicU32, Ordering},
-    thread,
-    time::{Duration, Instant, SystemTime, UNIX_EPOCH},
-};
+use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::{env, fs, thread};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,10 +21,8 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::{client::Answer, server::Server};
 
-use crate::{
-    ask_at,
-    command::{self, agent, json, try_ask},
-};
+use crate::ask_at;
+use crate::command::{self, agent, json, try_ask};
 
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;

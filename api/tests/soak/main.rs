@@ -3,10 +3,8 @@
 
 #![expect(clippy::disallowed_methods, reason = "real processes live in real time")]
 
-use std::{
-    thread::sleep,
-    time::{Duration, Instant},
-};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use tests::client::Answer;
 

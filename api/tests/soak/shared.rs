@@ -7,14 +7,12 @@ use tests::{
     server::{Server, certificate},
 };
 
-use crate::{
-    access::curl,
-    ask_at,
-    command::{has_all, printed},
-    kill::{
-        Home, check_numbers, ended, live_mission, pilotfish, record_at, running_mission, terminate, unix_now,
-        while_clients_post,
-    },
+use crate::access::curl;
+use crate::ask_at;
+use crate::command::{has_all, printed};
+use crate::kill::{
+    Home, check_numbers, ended, live_mission, pilotfish, record_at, running_mission, terminate, unix_now,
+    while_clients_post,
 };
 
 #[test]

@@ -12,11 +12,9 @@
 
 use geodesy::Datum;
 use nalgebra::{Matrix2, Rotation2, Vector2};
-use planner::{
-    path::Segment,
-    plan::Plan,
-    snapshot::{Origin, PlanRequest, PreviousPlan, Snapshot},
-};
+use planner::path::Segment;
+use planner::plan::Plan;
+use planner::snapshot::{Origin, PlanRequest, PreviousPlan, Snapshot};
 
 /// Largest error of the linear form, m; beyond it, positions are converted over the Earth.
 const LINEAR_ERROR_MAX: f64 = 1e-3;

@@ -5,10 +5,8 @@ use std::ops::RangeInclusive;
 use planner::snapshot::{ANGLE, DIRECTIONS};
 use serde_json::Number;
 
-use crate::{
-    FieldError,
-    json::{Json, ShapeError, token},
-};
+use crate::FieldError;
+use crate::json::{Json, ShapeError, token};
 
 /// Range of directions in degrees: as many turns as in radians.
 pub const DIRECTION_DEG: RangeInclusive<f64> = ANGLE.start().to_degrees()..=ANGLE.end().to_degrees();

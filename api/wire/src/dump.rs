@@ -1,10 +1,8 @@
 //! A cone program and its solution as plain numbers, for other solvers.
 
-use planner::{
-    program::{Cone, Program},
-    solve::{Solution, SolverStatus},
-    sparse::Sparse,
-};
+use planner::program::{Cone, Program};
+use planner::solve::{Solution, SolverStatus};
+use planner::sparse::Sparse;
 use serde_json::{Value, json};
 
 /// A program in the standard form of Clarabel, and its solution.

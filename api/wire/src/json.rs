@@ -6,11 +6,9 @@
 //! The tree keeps the order of members, and duplicates: faults are found where the client wrote
 //! them. Every fault is a [`FieldError`] from the start; no other library's message is parsed.
 
-use std::{
-    borrow::Cow,
-    collections::{BTreeMap, HashSet},
-    fmt,
-};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt;
 
 use planner::snapshot::{TAGGED, pointer_token};
 use serde::{

@@ -29,14 +29,12 @@ pub use digest::{plan_id, sha256};
 pub use directions::DIRECTION_DEG;
 pub use dump::program_dump;
 pub use json::{Body, BodyError, VALUES_MAX};
-pub use planner::{
-    craft::{CraftDescription, HeadingLoop, HeadingReference, SpeedReference, SurgeLoop},
-    path::Segment,
-    plan::Method,
-    snapshot::{
-        Asc, Auv, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, FieldError, Origin, PlanRequest,
-        PreviousPlan, Report, SCHEMA_VERSION, Task, TrajectoryPoint, VehicleId, shortened,
-    },
+pub use planner::craft::{CraftDescription, HeadingLoop, HeadingReference, SpeedReference, SurgeLoop};
+pub use planner::path::Segment;
+pub use planner::plan::Method;
+pub use planner::snapshot::{
+    Asc, Auv, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, FieldError, Origin, PlanRequest,
+    PreviousPlan, Report, SCHEMA_VERSION, Task, TrajectoryPoint, VehicleId, shortened,
 };
 pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 pub use prediction::{Heard, PredictedAuv, Prediction};

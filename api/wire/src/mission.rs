@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use planner::snapshot::Origin;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::{Method, Outcome, PlanResponse};
@@ -56,6 +57,7 @@ impl Status {
 }
 
 /// A mission.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Mission {
     /// Its name in paths.
@@ -69,15 +71,12 @@ pub struct Mission {
     /// Unix time of its creation, s.
     pub created_s: f64,
     /// Unix time of its start, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub started_s: Option<f64>,
     /// Unix time of its end, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub finished_s: Option<f64>,
     /// Time of its last plan: s since the start of a simulated mission, Unix time of a live one.
     pub t_s: f64,
     /// Seconds of a simulated mission per second; none: as fast as possible.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_factor: Option<f64>,
     /// Number of its last event.
     pub sequence: u64,
@@ -85,20 +84,16 @@ pub struct Mission {
     #[serde(default)]
     pub revision: u64,
     /// Changeable members of a live mission: PATCH changes them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting: Option<Setting>,
     /// Place of a live mission's datum on Earth, if its creation, a fix or a change has set it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// Metadata of the client.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
     #[schema(value_type = Object)]
     pub metadata: Map<String, Value>,
     /// The last plan; after a start of the service, absent until the mission runs or is requested.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plan: Option<PlanSummary>,
     /// Last reported state of a live mission's steering. None: no report since the start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steering: Option<LastSteering>,
 }
 

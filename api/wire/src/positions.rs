@@ -9,10 +9,8 @@ use planner::snapshot::{COORDINATE_MAX, Origin};
 use serde::Deserialize;
 use serde_json::Number;
 
-use crate::{
-    FieldError,
-    json::{Json, Node, ShapeError},
-};
+use crate::FieldError;
+use crate::json::{Json, Node, ShapeError};
 
 /// Members without positions of the body's own: the origin itself, the client's data, and an
 /// earlier answer, which has metres.

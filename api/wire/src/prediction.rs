@@ -6,12 +6,11 @@ use planner::{
     snapshot::{Auv, Dive, Figure, Schedule, Snapshot},
 };
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::{
-    CraftFrame,
-    response::{PlanResponse, Warning},
-};
+use super::CraftFrame;
+use super::response::{PlanResponse, Warning};
 
 /// Most times: a picture of some hundred pixels shows no more.
 const TIMES_MAX: usize = 13;
@@ -20,6 +19,7 @@ const CENTI: f64 = 100.0;
 const TEN_THOUSANDTH: f64 = 10_000.0;
 
 /// A plan's predictions at some of its times. Positions are (north, east) from the datum, m.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Prediction {
     /// The times, s after the plan's, ascending.
@@ -29,7 +29,6 @@ pub struct Prediction {
     /// Expected positions of the goal.
     pub goal: Vec<[f64; 2]>,
     /// Visits of underwater vehicles, for a goal of the kind `visit`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
     /// The figure that the craft sails, for a goal of the kind `localise`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -45,13 +44,10 @@ pub struct Prediction {
     /// The same for the line-of-sight law, m.
     pub line_of_sight_rms_m: f64,
     /// Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cost: Option<f64>,
     /// Predicted cost of the line-of-sight law, m² s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line_of_sight_cost: Option<f64>,
     /// Current (north, east) that the plan uses, m/s, if known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<[f64; 2]>,
     /// Estimate of the craft.
     pub craft: PredictedCraft,
@@ -64,6 +60,7 @@ pub struct Prediction {
 }
 
 /// Expected positions of an underwater vehicle at the times of a prediction.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PredictedAuv {
     /// The vehicle.
@@ -77,7 +74,6 @@ pub struct PredictedAuv {
     /// Age of the newest report that the forecast rests on, s.
     pub age_s: f64,
     /// The newest fix; none if the request gave a state.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heard: Option<Heard>,
     /// Times of fixes that the estimate does not use, on the mission's clock, s.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -85,10 +81,8 @@ pub struct PredictedAuv {
     /// Part of its velocity (north, east) that reports and model do not explain, m/s.
     pub drift: [f64; 2],
     /// Its fit to its path or to a repeated track, at its newest report.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
     /// The sawtooth in which it dives, by its reported depths.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 

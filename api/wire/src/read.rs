@@ -3,12 +3,10 @@
 use planner::snapshot::Origin;
 use serde::de::DeserializeOwned;
 
-use crate::{
-    FieldError,
-    directions::WereInDegrees,
-    json::{BodyError, Json, Node, ShapeError, parse, token},
-    positions::Positions,
-};
+use crate::FieldError;
+use crate::directions::WereInDegrees;
+use crate::json::{BodyError, Json, Node, ShapeError, parse, token};
+use crate::positions::Positions;
 
 /// Reads `body` as a `T`, with positions in metres from its `origin`.
 pub fn read<T: DeserializeOwned>(body: &[u8]) -> Result<T, BodyError> {

@@ -3,13 +3,11 @@
 use planner::snapshot::{AUVS_MAX, Origin, REPORTS_MAX, Report};
 use serde::Deserialize;
 
-use crate::{
-    FieldError,
-    directions::WereInDegrees,
-    json::{Body, BodyError, Json, Node, ShapeError, token},
-    mission::{AscReport, Note, Reports, Steering},
-    positions::Positions,
-};
+use crate::FieldError;
+use crate::directions::WereInDegrees;
+use crate::json::{Body, BodyError, Json, Node, ShapeError, token};
+use crate::mission::{AscReport, Note, Reports, Steering};
+use crate::positions::Positions;
 
 /// The accepted reports of a body, and the faults of each rejected one.
 type Sorted = (Reports, Vec<Vec<FieldError>>);

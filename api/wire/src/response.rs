@@ -1,16 +1,16 @@
 //! The answers that clients receive.
 
-use planner::{
-    craft::{HeadingReference, SpeedReference},
-    explain::Explanation,
-    plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation},
-    snapshot::{Current, Figure, Origin, Schedule, TrajectoryPoint},
-};
+use planner::craft::{HeadingReference, SpeedReference};
+use planner::explain::Explanation;
+use planner::plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation};
+use planner::snapshot::{Current, Figure, Origin, Schedule, TrajectoryPoint};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 /// A plan for the surface craft.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PlanResponse {
     /// Version of this shape: `"1.0"`.
@@ -24,10 +24,8 @@ pub struct PlanResponse {
     pub method: Method,
     /// Reason for `degraded`: `deadline` (before a program was solved; in a comparison, before the
     /// law's schedule was complete), `solver_` and the status, `certificate`, or `stale_report`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// The request's `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// Reference to steer now.
     pub reference: Reference,
@@ -38,22 +36,18 @@ pub struct PlanResponse {
     /// Estimate of the craft. The next request needs it in `previous_plan`.
     pub craft_estimate: CraftEstimate,
     /// The current that was used, if it is known. The next request needs it in `previous_plan`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// Expected positions of the goal.
     pub goal: GoalTrajectory,
     /// Expected positions of each underwater vehicle, in the request's order.
     pub targets: Vec<PlannedTarget>,
     /// Visits of underwater vehicles, for a goal of the kind `visit`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
     /// The figure that the craft sails, for a goal of the kind `localise`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<Figure>,
     /// Answer of the line-of-sight law.
     pub baseline: Baseline,
     /// Report of the solver; absent if no program was involved.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solver: Option<SolverReport>,
     /// Predicted cost of the trajectory.
     pub predicted: Predicted,

@@ -4,13 +4,11 @@ use std::time::Duration;
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use planner::{
-    los::{LosLaw, Reference as DomainReference},
-    plan as domain,
-    plan::{Method, Plan, PlannedTarget, Predicted, SolverReport},
-    snapshot::{
-        CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
-    },
+use planner::los::{LosLaw, Reference as DomainReference};
+use planner::plan as domain;
+use planner::plan::{Method, Plan, PlannedTarget, Predicted, SolverReport};
+use planner::snapshot::{
+    CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
 };
 use serde_json::{Map, Value};
 

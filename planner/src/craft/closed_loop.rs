@@ -5,10 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{Heading, angle_of},
-    reference::Reference,
-};
+use crate::facts::angle::{Heading, angle_of};
+use crate::facts::reference::Reference;
 
 /// Least speed over ground with a usable course, m/s.
 const SPEED_WITHOUT_COURSE: f64 = 0.05;

@@ -4,22 +4,18 @@ use std::ops::RangeInclusive;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::{
-    craft::{
-        closed_loop::{
-            Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
-        },
-        presets::{PRESETS, Preset},
-    },
-    facts::{
-        field_error::FieldError,
-        ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP},
-    },
+use crate::craft::closed_loop::{
+    Craft, HeadingDynamics, HeadingReference, HeadingResponse, Power, SpeedReference, SurgeResponse,
 };
+use crate::craft::presets::{PRESETS, Preset};
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP};
 
 /// Closed-loop response of the surface craft. Omitted members are the preset's, or learnt.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(
     deny_unknown_fields,
@@ -32,7 +28,6 @@ use crate::{
 #[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
 pub struct CraftDescription<N = f64> {
     /// Name of a known craft (from `GET /v1/crafts`) for omitted members; none if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "medusa")]
     pub preset: Option<String>,
     /// Response of the heading loop; the preset's if left out.
@@ -54,81 +49,67 @@ pub struct CraftDescription<N = f64> {
     /// Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
     /// −`sway_per_yaw_rate_s` · surge · yaw rate; the preset's if left out.
     #[doc(alias = "k_beta")]
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.9)]
     pub sway_per_yaw_rate_s: Option<N>,
     /// Propulsion power at a steady speed through the water; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Power>)]
     pub power: Option<Power<N>>,
     /// Kind of speed reference; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_held: Option<SpeedReference>,
     /// Kind of heading reference; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_held: Option<HeadingReference>,
     /// Relative standard deviation of the given numbers; 0 if exact; 0.15 if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub relative_uncertainty: Option<N>,
 }
 
 /// Response of a heading loop: a time constant, or a natural frequency and a damping ratio.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "HeadingLoop")]
 pub struct HeadingLoop<N = f64> {
     /// Time constant of a first-order response, s. Excludes `natural_frequency_radps` and
     /// `damping`; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub time_constant_s: Option<N>,
     /// Natural frequency of a second-order response, rad/s, with `damping`; the preset's if left
     /// out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 1.6)]
     pub natural_frequency_radps: Option<N>,
     /// Damping ratio; needs `natural_frequency_radps`; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.8)]
     pub damping: Option<N>,
     /// Delay of a reference, s; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.1)]
     pub delay_s: Option<N>,
     /// Largest yaw rate of the loop, rad/s; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.3)]
     pub rate_max_radps: Option<N>,
 }
 
 /// Response of a speed loop.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(rename = "SurgeLoop")]
 pub struct SurgeLoop<N = f64> {
     /// Time constant of the response to a small step, s; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 2.5)]
     pub time_constant_s: Option<N>,
     /// Delay of a reference, s; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.0)]
     pub delay_s: Option<N>,
     /// Largest acceleration ahead, m/s²; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub acceleration_max_mps2: Option<N>,
     /// Largest deceleration, m/s², positive; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 0.09)]
     pub deceleration_max_mps2: Option<N>,
     /// `false`: no integrator winds up noticeably (`integral_time_s` declares one); the preset's or
     /// learnt if left out. `null` means omitted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub integrates: Option<bool>,
     /// Integral time of the loop k_p/k_i, s; the preset's if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>, example = 8.7)]
     pub integral_time_s: Option<N>,
 }

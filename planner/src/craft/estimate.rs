@@ -2,14 +2,10 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::{
-    craft::{
-        effect::Effect,
-        monitor::{Monitor, Realised},
-        prior::Gaussian,
-    },
-    tuned::CraftNumbers,
-};
+use crate::craft::effect::Effect;
+use crate::craft::monitor::{Monitor, Realised};
+use crate::craft::prior::Gaussian;
+use crate::tuned::CraftNumbers;
 
 /// Standard deviation below which a current from positions is used, m/s.
 const CURRENT_KNOWN: f64 = 0.1;

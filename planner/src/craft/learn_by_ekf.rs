@@ -17,24 +17,18 @@
 
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-use crate::{
-    craft::{
-        closed_loop::HeadingReference,
-        covariance::{propagated, sound},
-        effect::Effect,
-        estimate::CraftEstimate,
-        model::CraftModel,
-        monitor::Monitor,
-        one_step::{heading_change, surge_after},
-        prior::{Gaussian, Prior},
-    },
-    facts::{
-        angle::{ned_from_body, wrap},
-        asc::{Asc, Limits},
-        ranges::CURRENT_MAX,
-    },
-    tuned::CraftNumbers,
-};
+use crate::craft::closed_loop::HeadingReference;
+use crate::craft::covariance::{propagated, sound};
+use crate::craft::effect::Effect;
+use crate::craft::estimate::CraftEstimate;
+use crate::craft::model::CraftModel;
+use crate::craft::monitor::Monitor;
+use crate::craft::one_step::{heading_change, surge_after};
+use crate::craft::prior::{Gaussian, Prior};
+use crate::facts::angle::{ned_from_body, wrap};
+use crate::facts::asc::{Asc, Limits};
+use crate::facts::ranges::CURRENT_MAX;
+use crate::tuned::CraftNumbers;
 
 /// Longest interval between two snapshots for a prediction, s; older memories restart.
 const INTERVAL_MAX: f64 = 10.0;

@@ -4,14 +4,11 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{Matrix3, Vector2};
 
-use crate::{
-    craft::{
-        effect::{self, Effect},
-        estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX},
-        monitor::SINCE_MAX,
-    },
-    facts::{previous_plan::PreviousPlan, ranges::CURRENT_MAX},
-};
+use crate::craft::effect::{self, Effect};
+use crate::craft::estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX};
+use crate::craft::monitor::SINCE_MAX;
+use crate::facts::previous_plan::PreviousPlan;
+use crate::facts::ranges::CURRENT_MAX;
 
 /// Length of a [`CraftEstimate`]'s memory.
 pub const MEMORY_LENGTH: usize = 53;

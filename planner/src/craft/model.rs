@@ -1,10 +1,8 @@
 //! The planner's response model of the surface craft.
 
-use crate::{
-    craft::closed_loop::{Craft, Power},
-    facts::asc::Limits,
-    tuned::CraftNumbers,
-};
+use crate::craft::closed_loop::{Craft, Power};
+use crate::facts::asc::Limits;
+use crate::tuned::CraftNumbers;
 
 /// Largest surge disturbance, as a multiple of the weaker acceleration limit.
 const SURGE_DISTURBANCE_MOST: f64 = 1.5;

@@ -2,15 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::{
-        closed_loop::{HeadingReference, SpeedReference},
-        estimate::{CraftEstimate, EVIDENCE_MAX},
-        learn_by_ekf::{Step, behind},
-        prior::Prior,
-    },
-    facts::angle::{angle_of, wrap},
-};
+use crate::craft::closed_loop::{HeadingReference, SpeedReference};
+use crate::craft::estimate::{CraftEstimate, EVIDENCE_MAX};
+use crate::craft::learn_by_ekf::{Step, behind};
+use crate::craft::prior::Prior;
+use crate::facts::angle::{angle_of, wrap};
 
 /// Log-likelihood ratio at which a mode is assumed: odds of 55 to 1.
 const EVIDENCE_ENOUGH: f64 = 4.0;

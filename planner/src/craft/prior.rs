@@ -2,15 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::{
-        closed_loop::{Craft, HeadingReference, SpeedReference},
-        description::CraftDescription,
-        model::CraftModel,
-    },
-    facts::asc::Limits,
-    tuned::CraftNumbers,
-};
+use crate::craft::closed_loop::{Craft, HeadingReference, SpeedReference};
+use crate::craft::description::CraftDescription;
+use crate::craft::model::CraftModel;
+use crate::facts::asc::Limits;
+use crate::tuned::CraftNumbers;
 
 /// A number with a standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,14 +3,10 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::model::CraftModel,
-    facts::{
-        angle::{Heading, wrap},
-        asc::AscNow,
-        reference::Reference,
-    },
-};
+use crate::craft::model::CraftModel;
+use crate::facts::angle::{Heading, wrap};
+use crate::facts::asc::AscNow;
+use crate::facts::reference::Reference;
 
 /// Longest interval between two steps of a rolled-out law, s: the period of plans.
 const LAW_INTERVAL: f64 = 1.0;

@@ -17,10 +17,6 @@ pub enum Pattern {
 }
 
 /// A count of a few hundred.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a few hundred; a check shows in the search of schedules"
-)]
 #[inline]
 pub(crate) fn number(count: usize) -> f64 {
     count as f64

@@ -53,7 +53,7 @@ impl Case {
     }
 
     /// Reports of ten minutes, from 6 to the most in a request.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "6 to 64")]
+    #[expect(clippy::cast_possible_truncation, reason = "6 to 64")]
     fn n(&self) -> u32 {
         (600.0 / self.interval).clamp(6.0, 64.0) as u32
     }
@@ -94,7 +94,6 @@ struct Outcome {
 }
 
 fn outcome(case: Case, estimate: impl Fn(&[(usize, Report)]) -> Kalman) -> Outcome {
-    #[expect(clippy::cast_precision_loss, reason = "few")]
     let n = N_FLIGHTS as f64;
     let mut sum = Outcome::default();
     for seed in 0..N_FLIGHTS {

@@ -75,7 +75,6 @@ const COURSE_SIGMA: f64 = 0.05;
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    #[expect(clippy::cast_precision_loss, reason = "53 bits fit")]
     pub(crate) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

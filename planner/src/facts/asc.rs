@@ -3,12 +3,11 @@
 use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{Heading, ned_from_body},
-    ranges::{LIMITS, LIMITS_ALONE, MapNumber, Range},
-};
+use crate::facts::angle::{Heading, ned_from_body};
+use crate::facts::ranges::{LIMITS, LIMITS_ALONE, MapNumber, Range};
 
 /// Inputs of a guidance law that describe the surface craft and its water.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +21,7 @@ pub struct AscNow {
 }
 
 /// State of the surface craft.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Asc {
@@ -32,10 +32,8 @@ pub struct Asc {
     #[serde(skip_serializing_if = "is_left_out")]
     pub east_m: f64,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Heading, rad, within ±2π.
     #[doc(alias = "psi")]
@@ -49,10 +47,8 @@ pub struct Asc {
     #[serde(default)]
     pub yaw_rate_radps: f64,
     /// Northward velocity over ground, m/s. Needs `ground_east_mps`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_north_mps: Option<f64>,
     /// Eastward velocity over ground, m/s. Needs `ground_north_mps`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ground_east_mps: Option<f64>,
 }
 
@@ -117,33 +113,28 @@ impl Asc {
 }
 
 /// Limits that the operator sets for the surface craft.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Limits)]
 #[schemars(rename = "Limits")]
 pub struct DeclaredLimits<N = f64> {
     /// Slowest speed reference through the water, m/s. Default: 0.05.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub speed_min_mps: Option<N>,
     /// Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub speed_max_mps: Option<N>,
     /// Largest yaw rate, rad/s. Default: the craft's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub turn_rate_max_radps: Option<N>,
     /// Largest acceleration ahead, m/s². Default: the craft's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub acceleration_max_mps2: Option<N>,
     /// Largest deceleration, m/s², positive. Default: the craft's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub deceleration_max_mps2: Option<N>,
     /// Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub surge_lag_s: Option<N>,
 }

@@ -4,12 +4,11 @@ use std::fmt;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::facts::{
-    evidence::{AuvState, Report},
-    known_path::DeclaredPath,
-};
+use crate::facts::evidence::{AuvState, Report};
+use crate::facts::known_path::DeclaredPath;
 
 /// Name of a vehicle, chosen by the client and unique within a snapshot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -30,6 +29,7 @@ impl fmt::Display for VehicleId {
 }
 
 /// An underwater vehicle.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Auv {
@@ -37,16 +37,12 @@ pub struct Auv {
     #[schema(value_type = String, example = "auv-1")]
     pub id: VehicleId,
     /// Last known state. Exactly one of `state` and `reports` is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<AuvState>,
     /// Recent reports, 1 to 64 in any order; the planner filters them. Excludes `state`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reports: Option<Vec<Report>>,
     /// Path that the vehicle follows, if known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<DeclaredPath>,
     /// Sawtooth in which the vehicle dives, if known. Without it, its depth is assumed constant.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
@@ -75,6 +71,7 @@ impl Auv {
 }
 
 /// A sawtooth dive: down to the largest depth, up to the least, and again.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Dive {
@@ -89,11 +86,9 @@ pub struct Dive {
     pub pitch_rad: f64,
     /// Duration of a reversal, s, from 0.1 to 120: from passing the depth that ends a leg to
     /// passing it again. Default: 3.6.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reversal_s: Option<f64>,
     /// `true` if the vehicle was descending, nose down, at the time of its `state`. If unknown, its
     /// depth is forecast as the mean of both cases.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub descending: Option<bool>,
 }
 

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::{
@@ -25,6 +26,7 @@ const STRAIGHT: f64 = 1.0e-6;
 const DENT_MAX: f64 = 0.2;
 
 /// A disc to keep out of.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeepOut {
@@ -33,10 +35,8 @@ pub struct KeepOut {
     /// Its centre, east of the datum, m.
     pub east_m: f64,
     /// Latitude of its centre, degrees, positive north. Needs `origin`, as in other positions.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude of its centre, degrees, positive east.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Its radius, m, from 0.1 to 10 000.
     pub radius_m: f64,

@@ -1,12 +1,11 @@
 //! A wrong field of a request: its place, its fault and the accepted values.
 
-use std::{
-    fmt::{self, Display},
-    ops::RangeInclusive,
-};
+use std::fmt::{self, Display};
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::ranges::{ANGLE, DIRECTIONS};
@@ -20,23 +19,21 @@ pub fn pointer_token(name: &str) -> String {
 }
 
 /// One wrong field of a request: a member of its body, or a parameter.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct FieldError {
     /// Its place, as a JSON pointer (RFC 6901); empty for the whole body and for a parameter.
     pub pointer: String,
     /// Name of the faulty parameter of the query or header, if it is one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameter: Option<String>,
     /// The fault, for programs.
     pub code: String,
     /// The fault, for people.
     pub detail: String,
     /// The given value, if it is a number or a name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Value)]
     pub given: Option<Value>,
     /// The accepted values.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Value)]
     pub limit: Option<Value>,
 }

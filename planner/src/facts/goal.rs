@@ -4,10 +4,8 @@ use std::{borrow::Cow, collections::BTreeMap};
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Deserializer, Serialize};
-use utoipa::{
-    PartialSchema, ToSchema,
-    openapi::{RefOr, Schema},
-};
+use utoipa::openapi::{RefOr, Schema};
+use utoipa::{PartialSchema, ToSchema};
 
 use crate::facts::{
     angle::direction,

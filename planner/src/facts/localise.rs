@@ -7,11 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{
-    auv::VehicleId,
-    ranges::{GOAL_LOCALISE, MapNumber, VISIT_COST, WEIGHT},
-    visit::{Reduce, interval, map_each, sigma, sigma_bearing},
-};
+use crate::facts::auv::VehicleId;
+use crate::facts::ranges::{GOAL_LOCALISE, MapNumber, VISIT_COST, WEIGHT};
+use crate::facts::visit::{Reduce, interval, map_each, sigma, sigma_bearing};
 
 /// Vehicles that the surface craft localises; the planner chooses the figure that it sails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]

@@ -2,48 +2,40 @@
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::facts::{
-    angle::{Course, Heading},
-    auv::VehicleId,
-    localise::Figure,
-    options::{Forecast, ForecastModel},
-    origin::Origin,
-    reference::{Reference, TrajectoryPoint},
-    schedule::Schedule,
-    water::{Current, Drift},
-};
+use crate::facts::angle::{Course, Heading};
+use crate::facts::auv::VehicleId;
+use crate::facts::localise::Figure;
+use crate::facts::options::{Forecast, ForecastModel};
+use crate::facts::origin::Origin;
+use crate::facts::reference::{Reference, TrajectoryPoint};
+use crate::facts::schedule::Schedule;
+use crate::facts::water::{Current, Drift};
 
 /// The last answer. The whole answer is accepted; only these members are read.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousPlan {
     /// Position of its datum on Earth; equal to the request's `origin` if both are given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// Its trajectory, in order of time, at most 256 points.
     pub trajectory: Vec<TrajectoryPoint>,
     /// Course of the followed point when it last moved, rad, within ±2π.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal_course_rad: Option<f64>,
     /// Its estimate of the craft. Without it, learning restarts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft_estimate: Option<PreviousCraft>,
     /// Its current. If the request has a ground velocity and no current, the estimate of the
     /// current, averaged over half a minute, starts from this one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// Its reference.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<PreviousReference>,
     /// Its underwater vehicles, at most 16.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub targets: Option<Vec<PreviousTarget>>,
     /// Its schedule, for a goal of the kind `visit`. Without it, costs restart.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub schedule: Option<Schedule>,
     /// Its figure, for a goal of the kind `localise`. Without it, nothing stabilises the figure.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<Figure>,
 }
 
@@ -90,19 +82,17 @@ pub struct PreviousCraft {
 
 /// An underwater vehicle in the last answer. With its present position, these members show its
 /// drift; if one is missing, the drift starts at zero.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct PreviousTarget {
     /// The vehicle.
     #[schema(value_type = String)]
     pub id: VehicleId,
     /// Estimate from which it was forecast.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimate: Option<PreviousEstimate>,
     /// The forecast model used, never `auto`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub forecast: Option<Forecast>,
     /// Its drift, limited to ±0.5 m/s along each axis.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drift: Option<Drift>,
     /// Corners of its track, in order: time, s, position north and east of the datum, m. The newest
     /// 96 count. Without it, repeats are searched in the reports alone.
@@ -176,7 +166,6 @@ impl PreviousEstimate {
 /// A complete [`PreviousTarget`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RememberedTarget {
-    /// Its forecast model.
     pub(crate) model: ForecastModel,
     /// Estimate from which it was forecast.
     pub(crate) estimate: PreviousEstimate,

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::angle::Heading;
@@ -16,6 +17,7 @@ pub struct Reference {
 }
 
 /// A point of a trajectory of the surface craft.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TrajectoryPoint {
     /// Time, s on the request's clock.
@@ -25,10 +27,8 @@ pub struct TrajectoryPoint {
     /// Position east of the datum, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Speed through the water, m/s.
     pub speed_mps: f64,

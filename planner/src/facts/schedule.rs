@@ -1,6 +1,7 @@
 //! Schedules of visits, in answers and in the requests that return them.
 
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::auv::VehicleId;
@@ -81,6 +82,7 @@ pub struct Visit {
 }
 
 /// A vehicle that the goal depends on.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct ServedVehicle {
     /// The vehicle.
@@ -90,7 +92,6 @@ pub struct ServedVehicle {
     pub cost: f64,
     /// The deadline by which it was last served, or late, s on the request's clock; absent without
     /// a deadline or before the service.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub served_by_s: Option<f64>,
     /// Largest horizontal distance from the craft while its reports arrived, m. Default: 0.
     #[serde(default)]
@@ -99,7 +100,6 @@ pub struct ServedVehicle {
     #[serde(default)]
     pub unheard_s: f64,
     /// Reason why no visit is planned, if it cannot be visited.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_out: Option<LeftOut>,
 }
 

@@ -3,12 +3,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::facts::{
-    field_error::FieldError,
-    ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING},
-};
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{HORIZON, STEP, STEPS_COUNT, STEPS_TIMES_ITERATIONS_MOST, TUNING};
 
 /// Tolerance of a horizon's limits, s: rounding of 120 steps.
 const ROUNDING: f64 = 1e-9;
@@ -17,35 +16,28 @@ const ROUNDING: f64 = 1e-9;
 ///
 /// Each weight applies to a squared deviation per second unless stated otherwise. Omitted members
 /// have the planner's defaults. Prices of limits are not tunable.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
     /// Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_weight_per_m2: Option<f64>,
     /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150.
     /// Default: 15.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity_weight_per_m2ps2: Option<f64>,
     /// Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acceleration_weight_per_m2ps4: Option<f64>,
     /// Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_position_weight_per_m2: Option<f64>,
     /// Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500.
     /// Default: 150.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub terminal_velocity_weight_per_m2ps2: Option<f64>,
     /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_weight_per_j: Option<f64>,
     /// SCP iterations for each guess, from 1 to 10; times `steps_s`, at most 300. Default: 2.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scp_iterations: Option<u32>,
     /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together
     /// from 5 to 600. Default: 6 of 1, 12 of 2 and 12 of 4.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([1.0, 1.0, 2.0, 2.0, 4.0, 4.0]))]
     pub steps_s: Option<Vec<f64>>,
 }

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, ops::RangeInclusive};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::{
@@ -29,6 +30,7 @@ const SIGMA_BEARING: f64 = 0.02;
 const INTERVAL: f64 = 10.0;
 
 /// Vehicles that the surface craft visits; the planner chooses the order and the times.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields, bound(deserialize = "N: Deserialize<'de> + From<f64>"))]
 #[schemars(bound = "N: JsonSchema + From<f64>")]
@@ -49,7 +51,6 @@ pub struct Visits<N = f64> {
     #[schema(value_type = Option<f64>)]
     pub within_m: N,
     /// Least time with a vehicle, s; 0 for `age`, else 30 if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<f64>)]
     pub dwell_min_s: Option<N>,
     /// Deadlines of service by name, s on the craft's clock; none if left out.
@@ -68,7 +69,6 @@ pub struct Visits<N = f64> {
     pub costs_now: BTreeMap<VehicleId, N>,
     /// The vehicle to visit next, until `previous_plan` says that its visit is over; that of least
     /// cost if left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub next: Option<VehicleId>,
 }

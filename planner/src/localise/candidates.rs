@@ -1,9 +1,7 @@
 //! The figures that are tried.
 
-use crate::{
-    facts::localise::{Figure, FigureKind, Fixes},
-    localise::scene::Scene,
-};
+use crate::facts::localise::{Figure, FigureKind, Fixes};
+use crate::localise::scene::Scene;
 
 /// Least radius of a figure, m, the ratio of two, and their number.
 const RADIUS_MIN: f64 = 10.0;

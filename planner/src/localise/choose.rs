@@ -4,16 +4,15 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
-use crate::{
-    facts::{
-        angle::wrap,
-        goal::Goal,
-        localise::{Figure, FigureKind, LocalisedVehicle},
-    },
-    localise::{candidates::FixedFigure, scene::Scene, sentence::sentence, trial::Outcome},
-    predict::forecast::AuvForecast,
-    snapshot::build::Snapshot,
-};
+use crate::facts::angle::wrap;
+use crate::facts::goal::Goal;
+use crate::facts::localise::{Figure, FigureKind, LocalisedVehicle};
+use crate::localise::candidates::FixedFigure;
+use crate::localise::scene::Scene;
+use crate::localise::sentence::sentence;
+use crate::localise::trial::Outcome;
+use crate::predict::forecast::AuvForecast;
+use crate::snapshot::build::Snapshot;
 
 /// Phases that are tried for a new figure.
 const PHASES: i32 = 36;

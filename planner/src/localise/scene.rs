@@ -2,17 +2,13 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::{
-    facts::{
-        angle::{direction, ned_from_body},
-        evidence::SPEED_AT_REST,
-        localise::{Fixes, Localise},
-        visit::Reduce,
-    },
-    predict::forecast::AuvForecast,
-    snapshot::build::Snapshot,
-    tuned::LocaliseNumbers,
-};
+use crate::facts::angle::{direction, ned_from_body};
+use crate::facts::evidence::SPEED_AT_REST;
+use crate::facts::localise::{Fixes, Localise};
+use crate::facts::visit::Reduce;
+use crate::predict::forecast::AuvForecast;
+use crate::snapshot::build::Snapshot;
+use crate::tuned::LocaliseNumbers;
 
 /// Measurements of an AUV in a trial: more frequent ones count as one of less noise.
 pub(crate) const MEASUREMENTS: usize = 60;
@@ -161,6 +157,11 @@ impl Scene {
     /// The mean of the members at `time`, s, and its velocity, m/s.
     pub(crate) fn mean_at(&self, time: f64) -> (Vector2<f64>, Vector2<f64>) {
         let place = (time / self.interval).clamp(0.0, MEASUREMENTS as f64 - 1e-9);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "from 0 to less than MEASUREMENTS"
+        )]
         let (k, share) = (place as usize, place.fract());
         let step = self.mean[k + 1] - self.mean[k];
         (self.mean[k] + step * share, step / self.interval)

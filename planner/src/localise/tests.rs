@@ -24,7 +24,7 @@ use crate::{
 const SPEED: f64 = 1.5;
 const TURN_RATE: f64 = 0.3;
 
-fn goal(members: Value) -> Localise {
+fn goal(members: &Value) -> Localise {
     let mut goal = json!({ "growth_m2ps": 0.03 });
     for (member, value) in members.as_object().expect("is an object") {
         goal[member] = value.clone();
@@ -35,7 +35,7 @@ fn goal(members: Value) -> Localise {
 /// A craft at the datum that localises these AUVs, `auv-0` and so on, each with a variance of 25 m².
 fn request(states: &[AuvState]) -> PlanRequest {
     let ids: Vec<_> = (0..states.len()).map(|i| format!("auv-{i}")).collect();
-    let localise = goal(json!({
+    let localise = goal(&json!({
         "auvs": ids, "costs_now": ids.iter().map(|id| (id.clone(), json!(25.0))).collect::<serde_json::Map<_, _>>(),
     }));
     let auvs = ids.iter().zip(states).map(|(id, state)| Auv::new(&**id, *state));
@@ -78,7 +78,7 @@ fn random(seed: u64) -> PlanRequest {
     request.asc.heading_rad = rng.random_range(-PI..PI);
     request.current = Some(Vector2::new(rng.random_range(-0.3..0.3), 0.1).into());
     let goal = localise(&mut request);
-    for (_, cost) in &mut goal.costs_now {
+    for cost in goal.costs_now.values_mut() {
         *cost = rng.random_range(0.0..400.0);
     }
     if rng.random_bool(0.3) {
@@ -120,7 +120,7 @@ fn alike(found: &Figure, expected: &Figure, turned: f64) {
             figure.semi_starboard_m,
             figure.rate_radps,
         ];
-        shape.map(|number| number.abs())
+        shape.map(f64::abs)
     };
     assert_eq!(found.kind, expected.kind);
     for (found, expected) in sizes(found).into_iter().zip(sizes(expected)) {

@@ -3,15 +3,11 @@
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use smallvec::SmallVec;
 
-use crate::{
-    facts::{
-        angle::wrap,
-        localise::{Figure, Fixes},
-        ranges::AUVS_MAX,
-        visit::Reduce,
-    },
-    localise::scene::{MEASUREMENTS, Scene},
-};
+use crate::facts::angle::wrap;
+use crate::facts::localise::{Figure, Fixes};
+use crate::facts::ranges::AUVS_MAX;
+use crate::facts::visit::Reduce;
+use crate::localise::scene::{MEASUREMENTS, Scene};
 
 /// Steps of the craft between two measurements.
 const STEPS: usize = 4;

@@ -2,17 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    facts::{
-        angle::{Heading, direction, ned_from_body},
-        asc::{AscNow, Limits},
-    },
-    los::{
-        law::{LosGains, LosLaw, LosTuning},
-        tracking_law::TrackingLaw,
-    },
-    predict::motion::Motion,
-};
+use crate::facts::angle::{Heading, direction, ned_from_body};
+use crate::facts::asc::{AscNow, Limits};
+use crate::los::law::{LosGains, LosLaw, LosTuning};
+use crate::los::tracking_law::TrackingLaw;
+use crate::predict::motion::Motion;
 
 /// A target on a straight line, and the craft that follows it.
 #[derive(Clone, Copy)]

@@ -1,13 +1,9 @@
 //! Errors in the target's frame, and the reference for a velocity over ground.
 
-use crate::{
-    facts::{
-        angle::{Course, Heading, angle_of, ned_from_body},
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    predict::motion::Motion,
-};
+use crate::facts::angle::{Course, Heading, angle_of, ned_from_body};
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::predict::motion::Motion;
 
 /// Along-track and cross-track error of the craft, m, positive ahead and to starboard.
 ///

@@ -1,17 +1,11 @@
 //! Integral line of sight.
 
-use crate::{
-    facts::{
-        angle::Course,
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    los::{
-        geometry::{errors_in_target_frame, through_water},
-        law::LosTuning,
-    },
-    predict::motion::Motion,
-};
+use crate::facts::angle::Course;
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::los::geometry::{errors_in_target_frame, through_water};
+use crate::los::law::LosTuning;
+use crate::predict::motion::Motion;
 
 /// Longest interval of the error's integration, s: twice that of plans.
 const GAP_MAX: f64 = 2.0;
@@ -68,10 +62,8 @@ pub fn integral_los(
 
 #[cfg(test)]
 mod tests {
-    use crate::los::{
-        flight_for_tests::{Flight, miss_after, tuning},
-        law::LosLaw,
-    };
+    use crate::los::flight_for_tests::{Flight, miss_after, tuning};
+    use crate::los::law::LosLaw;
     use crate::tests::prelude::*;
 
     #[test]

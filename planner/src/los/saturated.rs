@@ -1,17 +1,11 @@
 //! Saturated line of sight in the target's frame.
 
-use crate::{
-    facts::{
-        angle::{Course, wrap},
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    los::{
-        geometry::{errors_in_target_frame, through_water},
-        law::LosGains,
-    },
-    predict::motion::Motion,
-};
+use crate::facts::angle::{Course, wrap};
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::los::geometry::{errors_in_target_frame, through_water};
+use crate::los::law::LosGains;
+use crate::predict::motion::Motion;
 
 /// Saturated line of sight in the target's frame, with the current compensated.
 ///

@@ -2,18 +2,12 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use crate::{
-    facts::{
-        angle::Course,
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    los::{
-        geometry::{errors_in_target_frame, through_water},
-        law::LosGains,
-    },
-    predict::motion::Motion,
-};
+use crate::facts::angle::Course;
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::los::geometry::{errors_in_target_frame, through_water};
+use crate::los::law::LosGains;
+use crate::predict::motion::Motion;
 
 /// Bisections of the quarter turn with the relative course: the bits of a double.
 const HALVINGS: u32 = 53;

@@ -1,20 +1,14 @@
 //! A law with its gains and its memory between steps.
 
-use crate::{
-    facts::{
-        angle::Course,
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    los::{
-        integral::{IntegralState, integral_los},
-        law::{LosLaw, LosTuning},
-        saturated::saturated_los,
-        tracker_frame::saturated_los_tracker_frame,
-        waypoint_box::WaypointBox,
-    },
-    predict::motion::{Motion, target_course},
-};
+use crate::facts::angle::Course;
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::los::integral::{IntegralState, integral_los};
+use crate::los::law::{LosLaw, LosTuning};
+use crate::los::saturated::saturated_los;
+use crate::los::tracker_frame::saturated_los_tracker_frame;
+use crate::los::waypoint_box::WaypointBox;
+use crate::predict::motion::{Motion, target_course};
 
 /// A law with its gains and its memory, for one step about every second.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,15 +2,12 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    facts::{
-        angle::{Course, ned_from_body},
-        asc::{AscNow, Limits},
-        reference::Reference,
-    },
-    los::{law::LosGains, saturated::saturated_los},
-    predict::motion::Motion,
-};
+use crate::facts::angle::{Course, ned_from_body};
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::reference::Reference;
+use crate::los::law::LosGains;
+use crate::los::saturated::saturated_los;
+use crate::predict::motion::Motion;
 
 /// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft
 /// of the Institute for Systems and Robotics, Lisbon.

@@ -370,13 +370,13 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
 impl Rule {
     fn of(snapshot: &Snapshot, members: &[GoalMember], turns: &[Turn], auvs: &[AuvForecast]) -> Self {
         match &snapshot.goal.goal {
-            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } => Self::Mean,
+            Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Localise(_) => {
+                Self::Mean
+            }
             Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
                 since_epoch: snapshot.t_s - epoch_s,
                 dwell: *dwell_s,
             },
-            // About the mean, once the planner has chosen a figure.
-            Goal::Localise(_) => Self::Mean,
             Goal::Range { .. } => Self::NearestToAll,
             Goal::Visit(_) => {
                 let member = |auv: usize| members.iter().position(|member| member.auv == auv);
@@ -437,8 +437,6 @@ fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Mot
 /// The member, of `n`, in turn `elapsed` seconds after the epoch, also before it.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    clippy::cast_precision_loss,
     reason = "rem_euclid by n <= 16 is an integer in 0..n"
 )]
 fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {

@@ -2,16 +2,12 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::{
-    craft::response::Stage,
-    facts::{
-        angle::{Heading, angle_of, ned_from_body},
-        asc::AscNow,
-        reference::TrajectoryPoint,
-    },
-    predict::motion::Motion,
-    snapshot::build::Snapshot,
-};
+use crate::craft::response::Stage;
+use crate::facts::angle::{Heading, angle_of, ned_from_body};
+use crate::facts::asc::AscNow;
+use crate::facts::reference::TrajectoryPoint;
+use crate::predict::motion::Motion;
+use crate::snapshot::build::Snapshot;
 
 /// Least speed with a usable direction, m/s.
 pub(crate) const SPEED_WITHOUT_DIRECTION: f64 = 0.02;

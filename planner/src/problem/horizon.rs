@@ -2,29 +2,20 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::{
-        model::CraftModel,
-        response::{HALF_HOLD, Response, Rollout, Stage, Surge},
-    },
-    facts::{
-        angle::{Course, Heading, wrap},
-        asc::AscNow,
-        reference::{Reference, TrajectoryPoint},
-    },
-    los::{law::LosTuning, tracking_law::TrackingLaw},
-    predict::{
-        goal::GoalForecast,
-        motion::{Motion, target_course},
-    },
-    problem::{
-        frame::{Frame, SPEED_WITHOUT_DIRECTION},
-        parameters::{Parameters, Weights},
-        previous_trajectory::{FollowedHeading, PreviousTrajectory},
-        stage_constraints::StageConstraints,
-    },
-    snapshot::build::Snapshot,
-};
+use crate::craft::model::CraftModel;
+use crate::craft::response::{HALF_HOLD, Response, Rollout, Stage, Surge};
+use crate::facts::angle::{Course, Heading, wrap};
+use crate::facts::asc::AscNow;
+use crate::facts::reference::{Reference, TrajectoryPoint};
+use crate::los::law::LosTuning;
+use crate::los::tracking_law::TrackingLaw;
+use crate::predict::goal::GoalForecast;
+use crate::predict::motion::{Motion, target_course};
+use crate::problem::frame::{Frame, SPEED_WITHOUT_DIRECTION};
+use crate::problem::parameters::{Parameters, Weights};
+use crate::problem::previous_trajectory::{FollowedHeading, PreviousTrajectory};
+use crate::problem::stage_constraints::StageConstraints;
+use crate::snapshot::build::Snapshot;
 
 /// Facts of one snapshot in the craft's frame, so that a plan is invariant to north and the datum.
 #[derive(Clone, Debug)]

@@ -2,16 +2,15 @@
 
 use std::borrow::Cow;
 
-use crate::{
-    craft::model::CraftModel,
-    estimate::from_reports::Estimate,
-    facts::{asc::Limits, tuning::Tuning},
-    localise::candidates::FixedFigure,
-    los::law::LosGains,
-    predict::goal::GoalForecast,
-    snapshot::build::Snapshot,
-    visit::fleet::SchedulingParameters,
-};
+use crate::craft::model::CraftModel;
+use crate::estimate::from_reports::Estimate;
+use crate::facts::asc::Limits;
+use crate::facts::tuning::Tuning;
+use crate::localise::candidates::FixedFigure;
+use crate::los::law::LosGains;
+use crate::predict::goal::GoalForecast;
+use crate::snapshot::build::Snapshot;
+use crate::visit::fleet::SchedulingParameters;
 
 /// Standard deviations within which errors of craft and goal are indistinguishable.
 const UNCERTAINTY_DEVIATIONS: f64 = 2.5;

@@ -1,13 +1,9 @@
 //! The previous plan while it still applies: its trajectory, and its heading reference.
 
-use crate::{
-    facts::{
-        angle::{Heading, wrap},
-        reference::TrajectoryPoint,
-    },
-    problem::parameters::Parameters,
-    snapshot::build::Snapshot,
-};
+use crate::facts::angle::{Heading, wrap};
+use crate::facts::reference::TrajectoryPoint;
+use crate::problem::parameters::Parameters;
+use crate::snapshot::build::Snapshot;
 
 /// A previous trajectory that is young enough, reaches into the future, and passes near the craft;
 /// that of another mission does not.

@@ -6,25 +6,20 @@ use std::iter::repeat_n;
 use nalgebra::Vector2;
 use smallvec::SmallVec;
 
-use crate::{
-    craft::response::Stage,
-    facts::{
-        angle::starboard_of,
-        auv::VehicleId,
-        bounds::KeepOut,
-        goal::Goal,
-        ranges::{AUVS_MAX, KEEP_OUTS_MAX},
-    },
-    predict::{forecast::AuvForecast, motion::Motion},
-    problem::{
-        common_point::{Circle, have_a_common_point},
-        frame::Frame,
-        limits::{AcousticRange, Disc, Edge, MinimaxRange},
-        parameters::Parameters,
-        violation::Subject,
-    },
-    snapshot::build::Snapshot,
-};
+use crate::craft::response::Stage;
+use crate::facts::angle::starboard_of;
+use crate::facts::auv::VehicleId;
+use crate::facts::bounds::KeepOut;
+use crate::facts::goal::Goal;
+use crate::facts::ranges::{AUVS_MAX, KEEP_OUTS_MAX};
+use crate::predict::forecast::AuvForecast;
+use crate::predict::motion::Motion;
+use crate::problem::common_point::{Circle, have_a_common_point};
+use crate::problem::frame::Frame;
+use crate::problem::limits::{AcousticRange, Disc, Edge, MinimaxRange};
+use crate::problem::parameters::Parameters;
+use crate::problem::violation::Subject;
+use crate::snapshot::build::Snapshot;
 
 /// Radius of an inactive disc, m. Its value decides at which share of an interval a disc appears.
 const NOT_THERE: f64 = -1.0;
@@ -169,7 +164,6 @@ impl StageConstraints {
         }
     }
 
-    /// The discs of the snapshot's keep-outs.
     pub(crate) fn keep_outs(&self) -> impl Iterator<Item = (Subject, &Disc)> {
         let keep_outs = self.keep_outs.iter().copied();
         keep_outs.map(Subject::KeepOut).zip(&self.discs)
@@ -327,7 +321,6 @@ impl Sampling<'_> {
         }
     }
 
-    /// Forecast positions of an AUV at the stages.
     fn positions_of(&self, auv: &AuvForecast) -> Vec<Vector2<f64>> {
         let position = |time: &f64| self.frame.position(&auv.at(*time).position);
         self.times.iter().map(position).collect()

@@ -2,13 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::program::{
-    layout::{Layout, Slack},
-    sparse::{Sparse, Triplet},
-    standard_form::{Cone, StandardForm},
-    subproblem::Subproblem,
-    units::{COST_UNIT, SLACK_UNIT},
-};
+use crate::program::layout::{Layout, Slack};
+use crate::program::sparse::{Sparse, Triplet};
+use crate::program::standard_form::{Cone, StandardForm};
+use crate::program::subproblem::Subproblem;
+use crate::program::units::{COST_UNIT, SLACK_UNIT};
 
 /// One program in standard form.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,14 +1,10 @@
 //! The cost that the program minimises.
 
-use crate::{
-    problem::parameters::Weights,
-    program::{
-        build::Program,
-        layout::Slack,
-        subproblem::Subproblem,
-        units::{LENGTH_UNIT, SLACK_UNIT},
-    },
-};
+use crate::problem::parameters::Weights;
+use crate::program::build::Program;
+use crate::program::layout::Slack;
+use crate::program::subproblem::Subproblem;
+use crate::program::units::{LENGTH_UNIT, SLACK_UNIT};
 
 /// Least priced cubic coefficient, W/(m/s)³; without a price e_k has no upper bound.
 const CUBIC_MIN: f64 = 1e-3;

@@ -2,15 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::closed_loop::Power,
-    facts::asc::Limits,
-    problem::{
-        limits::{AcousticRange, Disc, Edge, MinimaxRange},
-        parameters::Weights,
-    },
-    program::layout::Layout,
-};
+use crate::craft::closed_loop::Power;
+use crate::facts::asc::Limits;
+use crate::problem::limits::{AcousticRange, Disc, Edge, MinimaxRange};
+use crate::problem::parameters::Weights;
+use crate::program::layout::Layout;
 
 /// The facts of one subproblem, in the craft's frame.
 #[derive(Clone, Debug)]

@@ -167,7 +167,7 @@ fn variables(subproblem: &Subproblem<'_>, wiggle: f64) -> (Vec<f64>, Vec<Vector2
     let (mut positions, mut velocities) = (vec![Vector2::zeros()], vec![subproblem.velocity]);
     for k in 1..=layout.n_stages {
         let (dt, before) = (subproblem.steps[k - 1], velocities[k - 1]);
-        let phase = wiggle * number(k);
+        let phase = wiggle * k as f64;
         let velocity = Vector2::new(0.5 + 0.2 * phase.sin(), 0.1 * phase.cos());
         let acceleration = (velocity - before) / dt;
         let position = positions[k - 1] + (before + subproblem.current) * dt + acceleration * (0.5 * dt * dt);
@@ -236,7 +236,7 @@ fn every_row_states_its_promise() {
     let (mut x, _, v) = variables(&subproblem, 1.3);
     let layout = program.layout;
     for k in 1..=layout.n_stages {
-        x[layout.slack(k, Slack::Motion)] = 0.01 * number(k);
+        x[layout.slack(k, Slack::Motion)] = 0.01 * k as f64;
     }
     let s = row_slacks(&program, &x);
     let close = |row: usize, expected: f64| near(s[row], expected, 1e-12);
@@ -275,10 +275,6 @@ fn every_row_states_its_promise() {
     }
 }
 
-fn number(k: usize) -> f64 {
-    f64::from(u32::try_from(k).expect("a stage fits"))
-}
-
 #[test]
 fn a_craft_without_lag_may_turn_at_its_limit_from_any_turn() {
     let scene = Scene::new();
@@ -313,7 +309,7 @@ fn every_bound_states_its_promise() {
     let layout = program.layout;
     for k in 1..=layout.n_stages {
         for (i, slack) in layout.slacks().enumerate() {
-            x[layout.slack(k, slack)] = 0.3 * number(i + k);
+            x[layout.slack(k, slack)] = 0.3 * (i + k) as f64;
         }
         x[layout.minimax(k)] = 0.2;
         let sigma = layout.energy(k);

@@ -2,12 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::response::Stage,
-    facts::angle::{angle_of, starboard_of, wrap},
-    facts::path::curve::Side,
-    problem::{limits::Disc, stage_constraints::nearest_of_chord},
-};
+use crate::craft::response::Stage;
+use crate::facts::angle::{angle_of, starboard_of, wrap};
+use crate::facts::path::curve::Side;
+use crate::problem::limits::Disc;
+use crate::problem::stage_constraints::nearest_of_chord;
 
 /// Clearance of a detour from a disc, m.
 const CLEARANCE: f64 = 1.0;

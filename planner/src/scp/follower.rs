@@ -1,18 +1,13 @@
 //! The follower of a planned trajectory: references for the inner loops, and the resulting rollout.
 
-use crate::{
-    craft::{
-        model::CraftModel,
-        response::{HALF_HOLD, Rollout, Stage, Surge, limited_heading},
-    },
-    facts::{
-        angle::{Heading, angle_of},
-        asc::AscNow,
-        reference::Reference,
-    },
-    problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon},
-    snapshot::build::Snapshot,
-};
+use crate::craft::model::CraftModel;
+use crate::craft::response::{HALF_HOLD, Rollout, Stage, Surge, limited_heading};
+use crate::facts::angle::{Heading, angle_of};
+use crate::facts::asc::AscNow;
+use crate::facts::reference::Reference;
+use crate::problem::frame::SPEED_WITHOUT_DIRECTION;
+use crate::problem::horizon::Horizon;
+use crate::snapshot::build::Snapshot;
 
 /// Least look-ahead of a follower, s: the time for which a reference is held.
 const FOLLOW_LEAD: f64 = 1.0;

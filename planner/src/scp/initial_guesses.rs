@@ -1,19 +1,15 @@
 //! Initial guesses: trajectories about which the first SCP iteration is linearised. A convex
 //! subproblem finds the best trajectory on the guess's side of a disc or turn only.
 
-use crate::{
-    craft::response::{Stage, Surge},
-    facts::{
-        angle::{Heading, angle_of, wrap},
-        asc::AscNow,
-        path::curve::Side,
-        reference::Reference,
-    },
-    los::saturated::saturated_los,
-    predict::motion::{Motion, target_course},
-    problem::horizon::Horizon,
-    scp::detours::{Wall, add, clear_course},
-};
+use crate::craft::response::{Stage, Surge};
+use crate::facts::angle::{Heading, angle_of, wrap};
+use crate::facts::asc::AscNow;
+use crate::facts::path::curve::Side;
+use crate::facts::reference::Reference;
+use crate::los::saturated::saturated_los;
+use crate::predict::motion::{Motion, target_course};
+use crate::problem::horizon::Horizon;
+use crate::scp::detours::{Wall, add, clear_course};
 
 /// Bearing error beyond which both sides of a turn are tried, rad: 115°.
 const TURN_TO_EITHER_SIDE: f64 = 2.0;

@@ -3,33 +3,23 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::response::{Rollout, Stage, surge_disturbances},
-    predict::motion::Motion,
-    problem::{
-        horizon::Horizon,
-        parameters::Parameters,
-        stage_constraints::StageConstraints,
-        violation::{SoftLimit, Violation},
-    },
-    program::{
-        build::Program,
-        layout::{Layout, Slack},
-        subproblem::Subproblem,
-        units::{LENGTH_UNIT, SLACK_UNIT},
-    },
-    scp::{
-        follower::follow,
-        predicted_cost::Violations,
-        result::{CandidateTrajectory, Degraded, ScpResult},
-    },
-    solve::{
-        by_shape::ByShape,
-        certificate::Residuals,
-        clarabel::{Solution, SolverStatus},
-        stop::Stop,
-    },
-};
+use crate::craft::response::{Rollout, Stage, surge_disturbances};
+use crate::predict::motion::Motion;
+use crate::problem::horizon::Horizon;
+use crate::problem::parameters::Parameters;
+use crate::problem::stage_constraints::StageConstraints;
+use crate::problem::violation::{SoftLimit, Violation};
+use crate::program::build::Program;
+use crate::program::layout::{Layout, Slack};
+use crate::program::subproblem::Subproblem;
+use crate::program::units::{LENGTH_UNIT, SLACK_UNIT};
+use crate::scp::follower::follow;
+use crate::scp::predicted_cost::Violations;
+use crate::scp::result::{CandidateTrajectory, Degraded, ScpResult};
+use crate::solve::by_shape::ByShape;
+use crate::solve::certificate::Residuals;
+use crate::solve::clarabel::{Solution, SolverStatus};
+use crate::solve::stop::Stop;
 
 /// Cosine of the turn, 45°, beyond which a solution was at the limit of its linearisation's cone.
 const PRESSED_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -4,16 +4,12 @@ use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    craft::response::{Rollout, Stage, Waypoint},
-    problem::{
-        horizon::Horizon,
-        limits::{AcousticRange, Disc},
-        parameters::Weights,
-        stage_constraints::RangePriority,
-        violation::{SoftLimit, Subject, Violation},
-    },
-};
+use crate::craft::response::{Rollout, Stage, Waypoint};
+use crate::problem::horizon::Horizon;
+use crate::problem::limits::{AcousticRange, Disc};
+use crate::problem::parameters::Weights;
+use crate::problem::stage_constraints::RangePriority;
+use crate::problem::violation::{SoftLimit, Subject, Violation};
 
 /// Predicted cost of a trajectory over the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]

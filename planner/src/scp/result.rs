@@ -5,12 +5,11 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    craft::response::{Rollout, Stage},
-    problem::horizon::Horizon,
-    scp::predicted_cost::{CostTerms, Predicted, Violations, predict},
-    solve::{certificate::Residuals, clarabel::SolverStatus},
-};
+use crate::craft::response::{Rollout, Stage};
+use crate::problem::horizon::Horizon;
+use crate::scp::predicted_cost::{CostTerms, Predicted, Violations, predict};
+use crate::solve::certificate::Residuals;
+use crate::solve::clarabel::SolverStatus;
 
 /// Relative difference of costs below which two results tie; the first, to starboard, wins.
 const TIE: f64 = 1e-6;

@@ -4,33 +4,23 @@ use std::ops::Deref;
 
 use nalgebra::Vector2;
 
-use crate::{
-    craft::{
-        closed_loop::{Craft, SpeedReference},
-        estimate::CraftEstimate,
-        learn_by_ekf::CraftObservation,
-        model::CraftModel,
-        prior::Prior,
-    },
-    estimate::{
-        from_reports::{Estimate, Estimator},
-        repeats::TRACK_POINTS_MAX,
-    },
-    facts::{
-        angle::{Heading, wrap},
-        asc::{AscNow, Limits},
-        auv::Auv,
-        bounds::clockwise,
-        goal::Goal,
-        known_path::KnownPath,
-        reference::Reference,
-    },
-    snapshot::{
-        check::InvalidRequest,
-        request::{PlanRequest, REMEMBERED_AGE_MAX},
-    },
-    tuned::Tuned,
-};
+use crate::craft::closed_loop::{Craft, SpeedReference};
+use crate::craft::estimate::CraftEstimate;
+use crate::craft::learn_by_ekf::CraftObservation;
+use crate::craft::model::CraftModel;
+use crate::craft::prior::Prior;
+use crate::estimate::from_reports::{Estimate, Estimator};
+use crate::estimate::repeats::TRACK_POINTS_MAX;
+use crate::facts::angle::{Heading, wrap};
+use crate::facts::asc::{AscNow, Limits};
+use crate::facts::auv::Auv;
+use crate::facts::bounds::clockwise;
+use crate::facts::goal::Goal;
+use crate::facts::known_path::KnownPath;
+use crate::facts::reference::Reference;
+use crate::snapshot::check::InvalidRequest;
+use crate::snapshot::request::{PlanRequest, REMEMBERED_AGE_MAX};
+use crate::tuned::Tuned;
 
 /// Weight of the sway from the yaw rate, against the measured one, at the start of a plan.
 const DRIFT_SHARE: f64 = 0.8;

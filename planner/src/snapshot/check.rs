@@ -4,38 +4,32 @@ mod evidence;
 mod localise;
 mod visit;
 
-use std::{
-    collections::{BTreeMap, HashSet},
-    fmt,
-    ops::RangeInclusive,
-};
+use std::collections::{BTreeMap, HashSet};
+use std::fmt;
+use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
 
-use crate::{
-    facts::{
-        asc::{Asc, DeclaredLimits, Limits},
-        auv::{Auv, Dive, VehicleId},
-        bounds::{bounds_faults, separation_fault},
-        evidence::Report,
-        field_error::{FieldError, pointer_token},
-        goal::{Goal, Offset, Task},
-        known_path::{DeclaredPath, KnownPath},
-        localise::Localise,
-        previous_plan::{PreviousPlan, PreviousTarget},
-        ranges::{
-            ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE,
-            ID_LENGTH_MAX, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR,
-            PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST,
-            TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VISITS_MAX, WEIGHT,
-        },
-        reference::TrajectoryPoint,
-        visit::Visits,
-        water::{Current, Drift},
-    },
-    path::SEGMENTS_MAX,
-    snapshot::request::PlanRequest,
+use crate::facts::asc::{Asc, DeclaredLimits, Limits};
+use crate::facts::auv::{Auv, Dive, VehicleId};
+use crate::facts::bounds::{bounds_faults, separation_fault};
+use crate::facts::evidence::Report;
+use crate::facts::field_error::{FieldError, pointer_token};
+use crate::facts::goal::{Goal, Offset, Task};
+use crate::facts::known_path::{DeclaredPath, KnownPath};
+use crate::facts::localise::Localise;
+use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
+use crate::facts::ranges::{
+    ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE, ID_LENGTH_MAX,
+    KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR, PATH, PREVIOUS_ASKED,
+    PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT,
+    TRAJECTORY_POINTS_MAX, VISITS_MAX, WEIGHT,
 };
+use crate::facts::reference::TrajectoryPoint;
+use crate::facts::visit::Visits;
+use crate::facts::water::{Current, Drift};
+use crate::path::SEGMENTS_MAX;
+use crate::snapshot::request::PlanRequest;
 
 /// All faults of a request, in the order of its fields.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,28 +3,24 @@
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use crate::{
-    craft::{
-        description::{CraftDescription, HeadingLoop, SurgeLoop},
-        learn_by_ekf::{CraftObservation, PastReference},
-    },
-    estimate::{legs::TrackPoint, past_states::PastState},
-    facts::{
-        asc::{Asc, DeclaredLimits, Limits},
-        auv::{Auv, VehicleId},
-        bounds::KeepOut,
-        goal::Task,
-        options::{Fallback, Forecast, Hold},
-        origin::Origin,
-        previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget},
-        ranges::CURRENT_MAX,
-        tuning::Tuning,
-        water::Current,
-    },
-    tuned::CraftNumbers,
-};
+use crate::craft::description::{CraftDescription, HeadingLoop, SurgeLoop};
+use crate::craft::learn_by_ekf::{CraftObservation, PastReference};
+use crate::estimate::legs::TrackPoint;
+use crate::estimate::past_states::PastState;
+use crate::facts::asc::{Asc, DeclaredLimits, Limits};
+use crate::facts::auv::{Auv, VehicleId};
+use crate::facts::bounds::KeepOut;
+use crate::facts::goal::Task;
+use crate::facts::options::{Fallback, Forecast, Hold};
+use crate::facts::origin::Origin;
+use crate::facts::previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget};
+use crate::facts::ranges::CURRENT_MAX;
+use crate::facts::tuning::Tuning;
+use crate::facts::water::Current;
+use crate::tuned::CraftNumbers;
 
 /// Version of these shapes, in requests and answers.
 pub const SCHEMA_VERSION: &str = "1.0";
@@ -36,6 +32,7 @@ const CURRENT_MEMORY: f64 = 30.0;
 pub(crate) const REMEMBERED_AGE_MAX: f64 = 60.0;
 
 /// The facts of one moment, and the goal of the surface craft.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlanRequest {
@@ -48,7 +45,6 @@ pub struct PlanRequest {
     /// `lon_deg` instead of `north_m` and `east_m`, and a point of a list as an object of these
     /// two; answers have both. Headings, courses, velocities and offsets are then relative to true
     /// north at the craft, else to the frame's north. Default: unknown.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// The surface craft.
     pub asc: Asc,
@@ -60,14 +56,11 @@ pub struct PlanRequest {
     /// with the warning `velocities_contradict`. Default: the surface craft's ground velocity minus
     /// its velocity through the water; without a ground velocity, the estimate from positions and
     /// speed through the water, else the current of `previous_plan`, else 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// Limits of the surface craft; without `craft`, they describe it. Default: as in each member.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<DeclaredLimits>,
     /// Closed-loop response of the surface craft. Omitted members are the preset's or, without a
     /// preset, a cautious generic craft's, and are learnt. Default: unknown.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft: Option<CraftDescription>,
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -79,15 +72,12 @@ pub struct PlanRequest {
     #[schema(example = json!([[-50.0, -50.0], [200.0, -50.0], [200.0, 150.0], [-50.0, 150.0]]))]
     pub area: Vec<[f64; 2]>,
     /// Limits of the acoustic link. Default: none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acoustics: Option<Acoustics>,
     /// Horizontal distance to keep from each underwater vehicle that may be within 2 m of the
     /// surface, m, from 0.5 to 100. Default: no limit.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = 5.0)]
     pub surfacing_separation_m: Option<f64>,
     /// Tuning of the planner: weights, horizon, iterations. Default: as in each member.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
     /// Forecast of the underwater vehicles. Default: `auto`.
     #[serde(default)]
@@ -101,10 +91,8 @@ pub struct PlanRequest {
     /// Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. Programs
     /// solved by then compete for the answer; if there are none, `fallback` applies. Default and
     /// maximum: the service's deadline, 1000 unless configured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deadline_ms: Option<f64>,
     /// The last answer, whole. The service does not store it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub previous_plan: Option<PreviousPlan>,
     /// Any object, returned in the answer. At most 4096 bytes.
     #[serde(default, skip_serializing_if = "Map::is_empty")]

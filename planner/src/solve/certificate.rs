@@ -1,9 +1,8 @@
 //! A check of a solution against its program, independent of the solver.
 
-use faer::{
-    Accum, ColMut, ColRef, Par,
-    sparse::{SparseColMatRef, SymbolicSparseColMatRef, linalg::matmul::sparse_dense_matmul},
-};
+use faer::sparse::linalg::matmul::sparse_dense_matmul;
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Accum, ColMut, ColRef, Par};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 

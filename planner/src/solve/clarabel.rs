@@ -8,14 +8,11 @@ use clarabel::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    program::{
-        build::Program,
-        sparse::Sparse,
-        standard_form::{Cone, StandardForm},
-    },
-    solve::{by_shape::ByShape, stop::Stop},
-};
+use crate::program::build::Program;
+use crate::program::sparse::Sparse;
+use crate::program::standard_form::{Cone, StandardForm};
+use crate::solve::by_shape::ByShape;
+use crate::solve::stop::Stop;
 
 /// Optimality tolerance: the first planned velocity is within 1 mm/s of that of 1e-9 (tested).
 pub const TOLERANCE: f64 = 1e-7;

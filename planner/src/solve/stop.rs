@@ -1,12 +1,8 @@
 //! The stop signal of a search for a better plan.
 
-use std::{
-    fmt,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-};
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A stop signal, polled at each interior-point iteration and SCP iteration. Clones share it.
 ///

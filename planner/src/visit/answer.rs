@@ -2,27 +2,19 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    facts::{
-        angle::ned_from_body,
-        auv::VehicleId,
-        ranges::VISITS_MAX,
-        schedule::{Alternative, LeftOut, Schedule, Visit},
-        visit::Visits,
-    },
-    predict::{
-        forecast::AuvForecast,
-        goal::{GoalLeg, Turn},
-    },
-    snapshot::build::Snapshot,
-    visit::{
-        fleet::Fleet,
-        memory::Vehicle,
-        search::{Found, PresentVisit},
-        sentence::{Reason, sentence},
-        state::VisitWindow,
-    },
-};
+use crate::facts::angle::ned_from_body;
+use crate::facts::auv::VehicleId;
+use crate::facts::ranges::VISITS_MAX;
+use crate::facts::schedule::{Alternative, LeftOut, Schedule, Visit};
+use crate::facts::visit::Visits;
+use crate::predict::forecast::AuvForecast;
+use crate::predict::goal::{GoalLeg, Turn};
+use crate::snapshot::build::Snapshot;
+use crate::visit::fleet::Fleet;
+use crate::visit::memory::Vehicle;
+use crate::visit::search::{Found, PresentVisit};
+use crate::visit::sentence::{Reason, sentence};
+use crate::visit::state::VisitWindow;
 
 /// A schedule, and the AUVs that the goal follows.
 #[derive(Clone, Debug)]
@@ -41,7 +33,6 @@ pub(crate) struct ScheduleAnswer<'a> {
     pub(crate) ids: &'a [&'a VehicleId],
     pub(crate) vehicles: Vec<Vehicle>,
     pub(crate) present: Option<PresentVisit>,
-    /// The previous schedule.
     pub(crate) previous: Option<&'a Schedule>,
     /// The requested next AUV, if its visit is over.
     pub(crate) visited: Option<VehicleId>,

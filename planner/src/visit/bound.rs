@@ -29,13 +29,9 @@
 //! With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all have
 //! the same marginal cost, at most μ. A golden-section search finds the best μ.
 
-use crate::{
-    facts::visit::Reduce,
-    visit::{
-        fleet::{Candidate, Fleet},
-        intercept::Craft,
-    },
-};
+use crate::facts::visit::Reduce;
+use crate::visit::fleet::{Candidate, Fleet};
+use crate::visit::intercept::Craft;
 
 /// AUVs nearer to another one than this, s, do not share the craft's time: visits could be endless.
 const TRAVEL_MIN: f64 = 1.0;

@@ -1,17 +1,12 @@
 //! Evolution of the cost of one AUV, with and without service, in closed form.
 
-use crate::{
-    facts::{
-        schedule::CostUnit,
-        visit::VisitCost::{self, Age, Data, Uncertainty},
-    },
-    tuned::VisitNumbers,
-};
+use crate::facts::schedule::CostUnit;
+use crate::facts::visit::VisitCost::{self, Age, Data, Uncertainty};
+use crate::tuned::VisitNumbers;
 
 /// A cost after some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Later {
-    /// The cost.
     pub(crate) cost: f64,
     /// Its integral since the start, times s.
     pub(crate) integral: f64,

@@ -2,13 +2,12 @@
 
 use std::f64::consts::PI;
 
-use crate::{
-    estimate::rigid_motion::number,
-    facts::{auv::Auv, evidence::Report},
-    predict::forecast::{AuvForecast, BETWEEN_MIN},
-    snapshot::build::Snapshot,
-    tuned::VisitNumbers,
-};
+use crate::estimate::rigid_motion::number;
+use crate::facts::auv::Auv;
+use crate::facts::evidence::Report;
+use crate::predict::forecast::{AuvForecast, BETWEEN_MIN};
+use crate::snapshot::build::Snapshot;
+use crate::tuned::VisitNumbers;
 
 /// Fewest reported depths.
 const DEPTHS_MIN: usize = 6;
@@ -133,8 +132,7 @@ mod tests {
 
     const TUNED: &VisitNumbers = &VisitNumbers::DEFAULT;
 
-    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests for `rest`,
-    /// s.
+    /// Depth of a glider that dives to `deepest`, m, at `rate`, m/s, rises, and rests `rest`, s.
     fn glider(time: f64, deepest: f64, rate: f64, rest: f64) -> f64 {
         let down = deepest / rate;
         let phase = time.rem_euclid(2.0 * down + rest);

@@ -2,20 +2,15 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    estimate::legs::PastWork,
-    facts::{
-        angle::ned_from_body,
-        visit::{Reduce, VisitCost, Visits},
-    },
-    predict::{forecast::AuvForecast, motion::Motion},
-    snapshot::build::Snapshot,
-    tuned::VisitNumbers,
-    visit::{
-        depth::DepthAhead,
-        intercept::{Craft, SampledTrack},
-    },
-};
+use crate::estimate::legs::PastWork;
+use crate::facts::angle::ned_from_body;
+use crate::facts::visit::{Reduce, VisitCost, Visits};
+use crate::predict::forecast::AuvForecast;
+use crate::predict::motion::Motion;
+use crate::snapshot::build::Snapshot;
+use crate::tuned::VisitNumbers;
+use crate::visit::depth::DepthAhead;
+use crate::visit::intercept::{Craft, SampledTrack};
 
 /// Parameters of the scheduling.
 #[derive(Clone, Debug, PartialEq)]

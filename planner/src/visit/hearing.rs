@@ -1,12 +1,10 @@
 //! Silence of AUVs, counted while the craft is where it heard them before.
 
-use crate::{
-    estimate::rigid_motion::number,
-    facts::evidence::Report,
-    predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH},
-    snapshot::build::Snapshot,
-    tuned::VisitNumbers,
-};
+use crate::estimate::rigid_motion::number;
+use crate::facts::evidence::Report;
+use crate::predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH};
+use crate::snapshot::build::Snapshot;
+use crate::tuned::VisitNumbers;
 
 /// Fewest reports for an estimate of their intervals.
 const REPORTS_MIN: usize = 5;

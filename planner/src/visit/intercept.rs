@@ -2,14 +2,12 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    estimate::{legs::PastWork, rigid_motion::number},
-    facts::{
-        angle::{angle_of, wrap},
-        options::ForecastModel,
-    },
-    predict::{forecast::AuvForecast, motion::Motion},
-};
+use crate::estimate::legs::PastWork;
+use crate::estimate::rigid_motion::number;
+use crate::facts::angle::{angle_of, wrap};
+use crate::facts::options::ForecastModel;
+use crate::predict::forecast::AuvForecast;
+use crate::predict::motion::Motion;
 
 /// Samples of a track: at two hours they are 40 s apart, in which an AUV moves a few craft lengths.
 const SAMPLES: usize = 180;
@@ -119,12 +117,7 @@ impl SampledTrack {
         apart.windows(2).map(nearest).fold(f64::INFINITY, f64::min)
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "clamped to the samples"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "clamped to the samples")]
     fn place(&self, time: f64) -> (usize, f64) {
         let along = (time / self.step).max(0.0);
         let before = (along as usize).min(self.positions.len() - 2);

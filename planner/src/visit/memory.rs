@@ -1,20 +1,14 @@
 //! Memory of the previous schedule: costs advanced to now, met deadlines, the present visit.
 
-use crate::{
-    facts::{
-        auv::VehicleId,
-        schedule::{LeftOut, Schedule, ServedVehicle, Visit},
-        visit::Visits,
-    },
-    predict::forecast::AuvForecast,
-    snapshot::build::Snapshot,
-    visit::{
-        depth::DepthAhead,
-        fleet::Fleet,
-        hearing::{Heard, Hearing},
-        search::{PlannedVisit, PresentVisit},
-    },
-};
+use crate::facts::auv::VehicleId;
+use crate::facts::schedule::{LeftOut, Schedule, ServedVehicle, Visit};
+use crate::facts::visit::Visits;
+use crate::predict::forecast::AuvForecast;
+use crate::snapshot::build::Snapshot;
+use crate::visit::depth::DepthAhead;
+use crate::visit::fleet::Fleet;
+use crate::visit::hearing::{Heard, Hearing};
+use crate::visit::search::{PlannedVisit, PresentVisit};
 
 /// An AUV that the goal depends on.
 pub(crate) struct Vehicle {

@@ -1,18 +1,17 @@
 //! The selected schedule: the best over all first AUVs, unless the previous one is almost as good.
 
-use crate::{
-    facts::{auv::VehicleId, goal::Goal, schedule::LeftOut, visit::Visits},
-    predict::forecast::AuvForecast,
-    snapshot::build::Snapshot,
-    visit::{
-        answer::{ScheduleAnswer, Scheduled},
-        depth::{DepthAhead, depths_ahead},
-        fleet::{Fleet, ScheduledAuv, SchedulingParameters},
-        memory::{Memory, Vehicle},
-        search::{Found, PlannedVisit, PresentVisit},
-        state::TIE,
-    },
-};
+use crate::facts::auv::VehicleId;
+use crate::facts::goal::Goal;
+use crate::facts::schedule::LeftOut;
+use crate::facts::visit::Visits;
+use crate::predict::forecast::AuvForecast;
+use crate::snapshot::build::Snapshot;
+use crate::visit::answer::{ScheduleAnswer, Scheduled};
+use crate::visit::depth::{DepthAhead, depths_ahead};
+use crate::visit::fleet::{Fleet, ScheduledAuv, SchedulingParameters};
+use crate::visit::memory::{Memory, Vehicle};
+use crate::visit::search::{Found, PlannedVisit, PresentVisit};
+use crate::visit::state::TIE;
 
 /// Inputs of a schedule besides the snapshot.
 #[derive(Clone, Copy)]

@@ -11,15 +11,11 @@ use std::cell::Cell;
 
 use smallvec::SmallVec;
 
-use crate::{
-    estimate::rigid_motion::number,
-    facts::ranges::AUVS_MAX,
-    visit::{
-        cost::Dwells,
-        fleet::Fleet,
-        state::{CostState, TIE, VisitWindow},
-    },
-};
+use crate::estimate::rigid_motion::number;
+use crate::facts::ranges::AUVS_MAX;
+use crate::visit::cost::Dwells;
+use crate::visit::fleet::Fleet;
+use crate::visit::state::{CostState, TIE, VisitWindow};
 
 /// Slots of time in which schedules are compared with each other.
 const SLOTS: usize = 60;
@@ -352,7 +348,6 @@ impl Search<'_> {
 
     #[expect(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
         reason = "a time within the horizon is in one of 60 slots"
     )]
     fn slot(&self, time: f64) -> usize {

@@ -2,11 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::facts::{
-    auv::VehicleId,
-    schedule::{CostUnit, LeftOut, Schedule},
-    visit::VisitCost,
-};
+use crate::facts::auv::VehicleId;
+use crate::facts::schedule::{CostUnit, LeftOut, Schedule};
+use crate::facts::visit::VisitCost;
 
 /// The reason for a first visit, if it is not the cost.
 #[derive(Clone, Copy, Debug)]

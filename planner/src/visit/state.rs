@@ -2,15 +2,13 @@
 
 use nalgebra::Vector2;
 
-use crate::{
-    estimate::rigid_motion::number,
-    facts::{angle::wrap, ranges::AUVS_MAX, visit::Reduce},
-    visit::{
-        cost::Later,
-        fleet::{Candidate, Fleet},
-        intercept::{Arrival, Departure},
-    },
-};
+use crate::estimate::rigid_motion::number;
+use crate::facts::angle::wrap;
+use crate::facts::ranges::AUVS_MAX;
+use crate::facts::visit::Reduce;
+use crate::visit::cost::Later;
+use crate::visit::fleet::{Candidate, Fleet};
+use crate::visit::intercept::{Arrival, Departure};
 
 /// Relative difference of equal costs, from sums in another order.
 pub(crate) const TIE: f64 = 1e-9;

@@ -13,21 +13,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use super::{
-    depth::depths_ahead,
-    fleet::{Fleet, SchedulingParameters},
-    schedule::Scheduler,
-    state::CostState,
-};
-use crate::{
-    facts::{
-        schedule::{CostUnit, LeftOut, Schedule, ServedVehicle},
-        visit::{Reduce, VisitCost, Visits},
-    },
-    predict::goal::forecast_all,
-    snapshot::Acoustics,
-    tests::prelude::*,
-};
+use super::depth::depths_ahead;
+use super::fleet::{Fleet, SchedulingParameters};
+use super::schedule::Scheduler;
+use super::state::CostState;
+use crate::facts::schedule::{CostUnit, LeftOut, Schedule, ServedVehicle};
+use crate::facts::visit::{Reduce, VisitCost, Visits};
+use crate::predict::goal::forecast_all;
+use crate::snapshot::Acoustics;
+use crate::tests::prelude::*;
 
 const AGE_MAX: f64 = 900.0;
 const SPEED: f64 = 1.5;

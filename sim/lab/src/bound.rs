@@ -35,11 +35,9 @@ mod tests {
 
     use super::*;
     use crate::scores::Scores;
-    use sim::{
-        guide::{Guide, LosGuide, MpcGuide},
-        mission::run,
-        scenario::Scenario,
-    };
+    use sim::guide::{Guide, LosGuide, MpcGuide};
+    use sim::mission::run;
+    use sim::scenario::Scenario;
 
     fn flown(scenario: &Scenario, guide: &mut dyn Guide, seed: u64) -> Record {
         run(scenario, guide, seed, &mut |_| {}).expect("runs")

@@ -34,10 +34,8 @@
 //! ```
 //! The bound is this value at the solver's z, moved into the cone: an error of z only lowers it.
 
-use clarabel::{
-    algebra::CscMatrix,
-    solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver as _, SolverStatus, SupportedConeT},
-};
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver as _, SolverStatus, SupportedConeT};
 use nalgebra::Vector2;
 
 /// Tolerance of the solver: the bound is within 1e-6 of the least mean square (tested).
@@ -97,7 +95,7 @@ pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
         sum += 2.0 * unit * unit * chase.bound(dual);
     }
     Some(Clairvoyant {
-        mean_square: sum / count(positions.len()),
+        mean_square: sum / positions.len() as f64,
         positions,
     })
 }
@@ -241,14 +239,6 @@ impl Chase {
         }
         0.5 * gain * gain / squares
     }
-}
-
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "a mission has thousands of ticks, not 2⁵³"
-)]
-fn count(n: usize) -> f64 {
-    n as f64
 }
 
 #[cfg(test)]

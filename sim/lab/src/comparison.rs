@@ -4,29 +4,22 @@
 
 use std::collections::BTreeMap;
 
-use planner::{
-    forecast::{AuvForecast, Intent},
-    los::{LawGains, LosLaw, LosTuning},
-    snapshot::{Goal, Snapshot},
-};
+use planner::forecast::{AuvForecast, Intent};
+use planner::los::{LawGains, LosLaw, LosTuning};
+use planner::snapshot::{Goal, Snapshot};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use sim::{guide::GuideError, mission::Mission, record::Record, scenario::Scenario};
 
-use crate::{
-    campaign::{
-        Campaign,
-        controller::ControlLaw,
-        design::Condition,
-        file::Objective,
-        fly::fly_while,
-        grid::{Setting, tuned},
-        tune,
-    },
-    http_guide::{GUIDE, GuideUrl},
-    rules::Rule,
-    scores::Scores,
-};
+use crate::campaign::controller::ControlLaw;
+use crate::campaign::design::Condition;
+use crate::campaign::file::Objective;
+use crate::campaign::fly::fly_while;
+use crate::campaign::grid::{Setting, tuned};
+use crate::campaign::{Campaign, tune};
+use crate::http_guide::{GUIDE, GuideUrl};
+use crate::rules::Rule;
+use crate::scores::Scores;
 
 mod table;
 

@@ -6,12 +6,10 @@
 
 use std::{fmt, io, str::FromStr, time::Duration};
 
-use planner::{
-    angle::Heading,
-    los::Reference,
-    plan::Method,
-    snapshot::{Schedule, Snapshot},
-};
+use planner::angle::Heading;
+use planner::los::Reference;
+use planner::plan::Method;
+use planner::snapshot::{Schedule, Snapshot};
 use serde::Deserialize as _;
 use serde_json::{Map, Value};
 use sim::guide::{Guidance, Guide, GuideError, served};

@@ -3,12 +3,10 @@
 //! A log is a table with a row per sample: comma-separated values, Apache Parquet, or MCAP with the
 //! table's rows as messages. [`crate::identify`] fits a craft to it.
 
-use std::{
-    collections::BTreeMap,
-    fs,
-    io::{self, Write},
-    path::Path,
-};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
 
 use bytes::Bytes;
 use mcap::MessageStream;
@@ -17,11 +15,9 @@ use parquet::{
     file::reader::{FileReader as _, SerializedFileReader},
     record::Field,
 };
-use record::{
-    mcap::ROWS,
-    table::{KNOWN, SURFACE_CRAFT},
-    with_commas,
-};
+use record::mcap::ROWS;
+use record::table::{KNOWN, SURFACE_CRAFT};
+use record::with_commas;
 use serde_json::{Map, Value};
 
 use crate::identify::{InvalidLog, Log, LogRow};
@@ -42,33 +38,26 @@ const VEHICLE: &str = "vehicle";
 const KIND: &str = "kind";
 
 /// A log cannot be read.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum LogFileError {
-    /// It cannot be read.
     #[error("cannot read the log")]
     Read(#[from] io::Error),
-    /// Its format is unknown.
     #[error("a log is a .csv, .parquet or .mcap file")]
     Ending,
-    /// Not comma-separated values.
     #[error("not comma-separated values with a header line")]
     Csv(#[from] csv::Error),
-    /// Not Parquet.
     #[error("not Apache Parquet, plain or compressed with Snappy")]
     Parquet(#[from] parquet::errors::ParquetError),
-    /// Not MCAP.
     #[error("not MCAP without compression")]
     Mcap(#[from] mcap::McapError),
-    /// No messages with rows of a table.
     #[error("no messages on {}, which are the rows of a record", record::mcap::ROWS)]
     NoRows,
-    /// A required column is missing.
     #[error("no column {0}: see docs/commissioning.md for the columns of a log")]
     NoColumn(&'static str),
     /// A cell is not a number: its row, from 1 on, the header not counted, its column, its text.
     #[error("row {0}, column {1}: {2:?} is not a number")]
     NotANumber(usize, String, String),
-    /// The numbers are not a log.
     #[error(transparent)]
     Invalid(#[from] InvalidLog),
 }
@@ -140,7 +129,6 @@ fn of_field(field: &Field) -> Cell {
         Field::Double(number) => Some(CellValue::Number(*number)),
         Field::Float(number) => Some(CellValue::Number(f64::from(*number))),
         Field::Int(number) => Some(CellValue::Number(f64::from(*number))),
-        #[expect(clippy::cast_precision_loss, reason = "counts, and times in whole seconds")]
         Field::Long(number) => Some(CellValue::Number(*number as f64)),
         Field::Str(word) => Some(CellValue::Word(word.clone())),
         _ => None,

@@ -1,9 +1,7 @@
 //! Missions of different controllers as one offline page: the service's page on recorded data.
 
-use ::record::{
-    ExportError, Source as _,
-    table::{self, Cell, Column, Row},
-};
+use ::record::table::{self, Cell, Column, Row};
+use ::record::{ExportError, Source as _};
 use planner::los::LawGains;
 use serde_json::{Value, json};
 use sim::{fault::Fault, record::Record};
@@ -154,7 +152,6 @@ mod tests {
         mission::run(&scenario, &mut guide, 1, &mut |_| {}).expect("runs")
     }
 
-    /// The page's data.
     fn data(page: &str) -> Value {
         let (_, rest) = page.split_once("id=\"data\">").expect("has data");
         let (json, _) = rest.split_once("</script>").expect("ends");

@@ -12,10 +12,8 @@ use planner::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sim::{
-    guide::{Guidance, Guide, GuideError},
-    visits::Costs,
-};
+use sim::guide::{Guidance, Guide, GuideError};
+use sim::visits::Costs;
 
 mod tour;
 
@@ -148,11 +146,7 @@ impl RuleGuide {
         match self.rule {
             Rule::Clock => {
                 let turn = ((now - memory.began) / self.dwell).floor();
-                #[expect(
-                    clippy::cast_possible_truncation,
-                    clippy::cast_sign_loss,
-                    reason = "a mission's turns"
-                )]
+                #[expect(clippy::cast_possible_truncation, reason = "a mission's turns")]
                 let followed = heard[turn as usize % heard.len()];
                 let goal = Goal::Intermittent {
                     auvs,

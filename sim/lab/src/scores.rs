@@ -2,10 +2,8 @@
 
 use serde::Serialize;
 use serde_json::Value;
-use sim::{
-    metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics},
-    record::Record,
-};
+use sim::metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics};
+use sim::record::Record;
 
 use crate::bound::bound_rms_m;
 

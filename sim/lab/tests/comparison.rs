@@ -6,13 +6,11 @@ use planner::{
     parameters::Parameters,
     plan::Method,
 };
-use sim::{
-    guide::{LosGuide, MpcGuide},
-    metrics::{Metrics, SurfaceCraftMetrics},
-    mission::run,
-    record::Record,
-    scenario::Scenario,
-};
+use sim::guide::{LosGuide, MpcGuide};
+use sim::metrics::{Metrics, SurfaceCraftMetrics};
+use sim::mission::run;
+use sim::record::Record;
+use sim::scenario::Scenario;
 
 /// Starts up to 1 m and 0.1 rad apart.
 const SEEDS: [u64; 3] = [1, 2, 3];

@@ -4,25 +4,19 @@ use std::path::Path;
 
 use nalgebra::Vector2;
 use pilotfish_lab::{campaign::Campaign, comparison::best_gains};
-use planner::{
-    angle::{Heading, wrap},
-    craft::{CraftDescription, HeadingDynamics, HeadingReference, SpeedReference},
-    los::{LosLaw, Reference},
-    parameters::Parameters,
-};
-use sim::{
-    guide::{LosGuide, MpcGuide},
-    inner_loop::PERIOD,
-    metrics::Metrics,
-    mission::run,
-    scenario::{Files, Scenario},
-    surface_craft::{
-        SurfaceClass, ThrusterHealth,
-        random::{CraftConstraints, HeadingLoopKind, RandomCraft, SurgeLoopKind},
-        step_response::step_test,
-    },
-    world::{Sea, SurfaceCraft},
-};
+use planner::angle::{Heading, wrap};
+use planner::craft::{CraftDescription, HeadingDynamics, HeadingReference, SpeedReference};
+use planner::los::{LosLaw, Reference};
+use planner::parameters::Parameters;
+use sim::guide::{LosGuide, MpcGuide};
+use sim::inner_loop::PERIOD;
+use sim::metrics::Metrics;
+use sim::mission::run;
+use sim::scenario::{Files, Scenario};
+use sim::surface_craft::random::{CraftConstraints, HeadingLoopKind, RandomCraft, SurgeLoopKind};
+use sim::surface_craft::step_response::step_test;
+use sim::surface_craft::{SurfaceClass, ThrusterHealth};
+use sim::world::{Sea, SurfaceCraft};
 
 fn craft(seed: u64) -> RandomCraft {
     RandomCraft::draw(seed, &CraftConstraints::default()).expect("a seed has a craft")

@@ -1,16 +1,12 @@
 //! The table as comma-separated values (RFC 4180, lines end with LF): a header, one line a row.
 
-use std::{
-    fmt::Write as _,
-    io::{self, Write},
-};
+use std::fmt::Write as _;
+use std::io::{self, Write};
 
 use csv::ErrorKind;
 
-use crate::{
-    Source,
-    table::{COLUMNS, Cell, Row},
-};
+use crate::Source;
+use crate::table::{COLUMNS, Cell, Row};
 
 /// Characters that start a formula in a spreadsheet; a word with one gets an apostrophe before it.
 /// Source: OWASP, "CSV Injection".

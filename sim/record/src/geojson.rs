@@ -1,5 +1,4 @@
-//! A record as `GeoJSON` (RFC 7946): a line with times for each vehicle and the goal; paths, discs
-//! and area.
+//! A record as `GeoJSON` (RFC 7946): lines with times for vehicles and goal; paths, discs and area.
 //!
 //! Positions are longitude, latitude and, if an AUV's depth is known, minus the depth as altitude,
 //! in WGS 84. This altitude is above the sea surface, RFC 7946's above the ellipsoid: this sea has
@@ -8,20 +7,16 @@
 //! The record is read once to find the vehicles and twice for each of them: a line has one list of
 //! points and one of times, and neither fits into memory.
 
-use std::{
-    collections::{BTreeMap, VecDeque},
-    f64::consts::TAU,
-    io::{self, Write},
-};
+use std::collections::{BTreeMap, VecDeque};
+use std::f64::consts::TAU;
+use std::io::{self, Write};
 
 use geodesy::{Datum, Origin};
 use nalgebra::Vector2;
 use serde_json::{Map, Value, json};
 
-use crate::{
-    ExportError, Source,
-    table::{Row, SURFACE_CRAFT},
-};
+use crate::table::{Row, SURFACE_CRAFT};
+use crate::{ExportError, Source};
 
 /// Decimals of a degree: 1e-9° is 0.1 mm.
 const DEGREE_DECIMALS: i32 = 9;

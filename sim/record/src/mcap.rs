@@ -15,10 +15,8 @@
 //! Times are on the mission's clock, from the start if simulated, from 1970 if live. The publish
 //! time of a message is that of the observation, its log time that of reception by the service.
 
-use std::{
-    collections::BTreeMap,
-    io::{self, Write},
-};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
 
 use geodesy::Datum;
 use mcap::{

@@ -1,27 +1,19 @@
 //! Tables as Apache Parquet (Snappy): full precision, null if unknown, metadata as key-value pairs.
 
-use std::{
-    io::{self, Write},
-    sync::Arc,
-};
+use std::io::{self, Write};
+use std::sync::Arc;
 
-use parquet::{
-    basic::{Compression, LogicalType, Repetition, Type as PhysicalType},
-    data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type},
-    errors::ParquetError,
-    file::{
-        metadata::KeyValue,
-        properties::WriterProperties,
-        writer::{SerializedColumnWriter, SerializedFileWriter},
-    },
-    schema::types::Type,
-};
+use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
+use parquet::schema::types::Type;
 
-use crate::{
-    ExportError, Source,
-    source::plain,
-    table::{COLUMNS, Cell, Kind},
-};
+use crate::source::plain;
+use crate::table::{COLUMNS, Cell, Kind};
+use crate::{ExportError, Source};
 
 /// Rows of a group in memory of writer and reader.
 const GROUP: usize = 16_384;

@@ -3,10 +3,8 @@
 use nalgebra::Vector2;
 use serde_json::{Value, json};
 
-use crate::{
-    Disc, Entry, ExportError, Origin, SCHEMA_VERSION, Scene, Source,
-    table::{KNOWN, Row, SURFACE_CRAFT},
-};
+use crate::table::{KNOWN, Row, SURFACE_CRAFT};
+use crate::{Disc, Entry, ExportError, Origin, SCHEMA_VERSION, Scene, Source};
 
 /// Three instants of a surface craft and one AUV off Sesimbra. Both go north-east; some knowledge
 /// is missing at times.

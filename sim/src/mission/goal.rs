@@ -40,11 +40,9 @@ impl TrueGoal {
         }
     }
 
-    /// Its present position (north, east), m. A goal at rest keeps its course: call in order of
-    /// time.
+    /// Its present position (north, east), m. A goal at rest keeps its course: call in time order.
     ///
-    /// A goal that visits is at the vehicle `serves`, or without that at the nearest of its
-    /// vehicles.
+    /// A goal that visits is at the vehicle `serves`, or without that at its nearest one.
     pub(crate) fn position(&mut self, world: &World, serves: Option<usize>) -> Vector2<f64> {
         let followed = goal_point(&self.goal, world, serves);
         if SPEED_AT_REST <= followed.velocity.norm() {

@@ -82,7 +82,6 @@ pub struct Acoustics {
     rng: ChaCha8Rng,
     /// Length of a step, s.
     period: f64,
-    /// Steps of a frame.
     frame_steps: u32,
     /// Step of the frame at which each vehicle transmits.
     slot_steps: Vec<u32>,
@@ -283,7 +282,6 @@ impl Message {
 /// Number of steps nearest to `duration`: 10 s are 100 steps, although 0.1 is no binary fraction.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "a frame is an hour at most, and the cast saturates"
 )]
 fn whole_steps(duration: f64, period: f64) -> u32 {

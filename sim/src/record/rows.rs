@@ -1,9 +1,7 @@
 //! The record as rows of the table that all formats share.
 
-use ::record::{
-    Disc, Entry, ExportError, SCHEMA_VERSION, Scene, Source,
-    table::{KNOWN, Row as TableRow, SURFACE_CRAFT},
-};
+use ::record::table::{KNOWN, Row as TableRow, SURFACE_CRAFT};
+use ::record::{Disc, Entry, ExportError, SCHEMA_VERSION, Scene, Source};
 use serde_json::{Value, json};
 
 use super::{AuvRow, OWN_LAW, Origin, Record, Row, SurfaceCraftRow, method_name};

@@ -1,21 +1,17 @@
 //! The shape of a scenario file. Every number may be a distribution. The description of an optional
 //! member states its default.
 
-use planner::{
-    path::Side,
-    snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX},
-};
+use planner::path::Side;
+use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
-use super::{
-    files::Files,
-    quantity::{
-        Angle, ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude,
-        MissionTime, Quantity, RangeToKeep, Share, SignedShare,
-    },
-    source::Source,
+use super::files::Files;
+use super::quantity::{
+    Angle, ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude,
+    MissionTime, Quantity, RangeToKeep, Share, SignedShare,
 };
+use super::source::Source;
 
 mod environment;
 mod vehicles;

@@ -1,14 +1,12 @@
 //! Files that a scenario names, in its folder or stored with it.
 
-use std::{
-    borrow::Cow,
-    collections::BTreeMap,
-    error::Error,
-    fs::{self, File},
-    io::{self, Read as _},
-    path::{Component, Path, PathBuf},
-    sync::Arc,
-};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 
 use ::record::with_commas;
 use geojson::{GeoJson, Geometry, GeometryValue, Position};

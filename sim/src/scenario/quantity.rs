@@ -6,10 +6,8 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{
-    Deserialize, Deserializer,
-    de::{Error, MapAccess, Visitor},
-};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 mod kind;
 
@@ -181,15 +179,10 @@ impl<'de> Visitor<'de> for Form {
         self.checked(Distribution::Fixed(value))
     }
 
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "no limit here is anywhere near 2⁵³, so what is rounded is refused"
-    )]
     fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
         self.visit_f64(value as f64)
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "as above")]
     fn visit_u64<E: Error>(self, value: u64) -> Result<Self::Value, E> {
         self.visit_f64(value as f64)
     }

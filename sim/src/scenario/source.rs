@@ -205,10 +205,8 @@ pub fn line_of_field(text: &str, field: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use crate::{
-        scenario::{Files, Scenario},
-        tests::rows,
-    };
+    use crate::scenario::{Files, Scenario};
+    use crate::tests::rows;
 
     #[test]
     fn a_wrong_form_is_refused_with_an_example_of_the_right_one() {

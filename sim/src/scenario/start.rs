@@ -8,16 +8,12 @@ use planner::{
     snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
 };
 
-use crate::{
-    observe::{Briefing, Observer},
-    own_navigation::{OwnNavigation, RangingFaults},
-    record::{Bounds, Origin},
-    scenario::{
-        ScenarioError,
-        file::{Declares, Scenario},
-    },
-    world::World,
-};
+use crate::observe::{Briefing, Observer};
+use crate::own_navigation::{OwnNavigation, RangingFaults};
+use crate::record::{Bounds, Origin};
+use crate::scenario::ScenarioError;
+use crate::scenario::file::{Declares, Scenario};
+use crate::world::World;
 
 mod craft;
 mod draw;

@@ -9,17 +9,15 @@ use planner::{
     snapshot::VehicleId,
 };
 
-use crate::world::{
-    dive::{Dive, Leg},
-    fault::Behaviour,
-    hull::{UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate},
-    inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference},
-    integrate::rk4,
-    path_following::{PathCommand, PathError, PathFollowingGains, follow_path},
-    recorded_track::RecordedTrack,
-    underwater_vehicle::Navigation,
-    water::Oscillation,
-};
+use crate::world::dive::{Dive, Leg};
+use crate::world::fault::Behaviour;
+use crate::world::hull::{UnderwaterHull, UnderwaterInput, UnderwaterState, heading_rate};
+use crate::world::inner_loop::{PERIOD, SurgeLoop, UnderwaterLoops, UnderwaterReference};
+use crate::world::integrate::rk4;
+use crate::world::path_following::{PathCommand, PathError, PathFollowingGains, follow_path};
+use crate::world::recorded_track::RecordedTrack;
+use crate::world::underwater_vehicle::Navigation;
+use crate::world::water::Oscillation;
 
 /// Largest depth with the GNSS antenna on the tail above water, m. Assumption: half a length.
 const ANTENNA_DEPTH: f64 = 1.0;

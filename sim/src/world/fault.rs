@@ -141,8 +141,7 @@ impl Faults {
             .any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
     }
 
-    /// Factor on the reported standard deviation of fixes of underwater vehicle `auv` at `time` s.
-    /// Factors multiply.
+    /// Factor on the claimed standard deviation of fixes of `auv` at `time` s. Factors multiply.
     pub fn accuracy_factor(&self, auv: usize, time: f64) -> f64 {
         self.at(time).fold(1.0, |product, what| match what {
             FaultKind::WrongAccuracy { auv: of, factor } if of == auv => product * factor,

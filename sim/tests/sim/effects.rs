@@ -1,11 +1,9 @@
 //! The planner notices an actuator without effect, and only that.
 
-use pilotfish_sim::{
-    guide::Guide,
-    mission::Mission,
-    scenario::{RandomCraftFile, Scenario, SurfaceClassFile},
-    world::fault::{Fault, FaultKind},
-};
+use pilotfish_sim::guide::Guide;
+use pilotfish_sim::mission::Mission;
+use pilotfish_sim::scenario::{RandomCraftFile, Scenario, SurfaceClassFile};
+use pilotfish_sim::world::fault::{Fault, FaultKind};
 use planner::{angle::wrap, craft::CraftDescription, path::Side, snapshot::DeclaredLimits};
 
 use crate::{mpc, named};

@@ -1,11 +1,9 @@
 //! The cost of knowing an underwater vehicle by reports.
 
-use pilotfish_sim::{
-    guide::Guide,
-    metrics::Metrics,
-    mission::Mission,
-    scenario::{FaultFile, FaultKindFile, Quantity, ReportedAs, Scenario},
-};
+use pilotfish_sim::guide::Guide;
+use pilotfish_sim::metrics::Metrics;
+use pilotfish_sim::mission::Mission;
+use pilotfish_sim::scenario::{FaultFile, FaultKindFile, Quantity, ReportedAs, Scenario};
 
 use crate::{flown_by, los, mpc, named};
 

@@ -1,16 +1,12 @@
 //! `observe` is the only input of a guidance law: no law reads the truth, and all get the same.
 
-use pilotfish_sim::{
-    guide::{Guidance, Guide, GuideError},
-    observe::Observer,
-    scenario::Scenario,
-    world::World,
-};
-use planner::{
-    angle::wrap,
-    nalgebra::Vector2,
-    snapshot::{PlanRequest, Snapshot},
-};
+use pilotfish_sim::guide::{Guidance, Guide, GuideError};
+use pilotfish_sim::observe::Observer;
+use pilotfish_sim::scenario::Scenario;
+use pilotfish_sim::world::World;
+use planner::angle::wrap;
+use planner::nalgebra::Vector2;
+use planner::snapshot::{PlanRequest, Snapshot};
 
 use crate::{craft, flown_by, los, mpc, named, near, parsed, step_until};
 

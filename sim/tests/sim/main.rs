@@ -1,12 +1,10 @@
 //! The simulator from outside. `allocations.rs` is a binary of its own: it counts allocations.
 
-use pilotfish_sim::{
-    guide::{Guide, LosGuide, MpcGuide},
-    mission::run,
-    record::{Record, SurfaceCraftRow},
-    scenario::{Files, Scenario},
-    world::World,
-};
+use pilotfish_sim::guide::{Guide, LosGuide, MpcGuide};
+use pilotfish_sim::mission::run;
+use pilotfish_sim::record::{Record, SurfaceCraftRow};
+use pilotfish_sim::scenario::{Files, Scenario};
+use pilotfish_sim::world::World;
 use planner::parameters::Parameters;
 
 #[path = "../../../planner/src/tests/checks.rs"]

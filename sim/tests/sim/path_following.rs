@@ -2,12 +2,10 @@
 
 use std::f64::consts::{PI, TAU};
 
-use pilotfish_sim::{
-    metrics::Metrics,
-    path_following::{PathFollowingGains, sine_quotient},
-    scenario::{CurrentFile, Quantity},
-    world::World,
-};
+use pilotfish_sim::metrics::Metrics;
+use pilotfish_sim::path_following::{PathFollowingGains, sine_quotient};
+use pilotfish_sim::scenario::{CurrentFile, Quantity};
+use pilotfish_sim::world::World;
 use planner::angle::direction;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

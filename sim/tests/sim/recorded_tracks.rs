@@ -4,10 +4,8 @@ use std::collections::BTreeMap;
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use pilotfish_sim::{
-    record::{Origin, Record},
-    scenario::{Files, Scenario},
-};
+use pilotfish_sim::record::{Origin, Record};
+use pilotfish_sim::scenario::{Files, Scenario};
 use planner::angle::{angle_of, direction, wrap};
 
 use crate::{flown_by, mpc, near, near_to, rows};

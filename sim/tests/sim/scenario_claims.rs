@@ -7,12 +7,10 @@ use pilotfish_sim::{
     guide::{Guidance, Guide, GuideError, LosGuide},
     record::{Record, Row},
 };
-use planner::{
-    angle::{Heading, direction, wrap},
-    los::Reference,
-    path::Segment,
-    snapshot::{Report, Snapshot},
-};
+use planner::angle::{Heading, direction, wrap};
+use planner::los::Reference;
+use planner::path::Segment;
+use planner::snapshot::{Report, Snapshot};
 
 use crate::{craft, flown_by, los, named, near, step_until, world};
 
@@ -62,18 +60,15 @@ fn known_age(row: &Row, auv: usize) -> f64 {
     row.auvs[auv].known.as_ref().expect("has a surface craft").age
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a mission has a few thousand rows")]
 fn share<T>(of: &[T], holds: impl Fn(&T) -> bool) -> f64 {
     of.iter().filter(|item| holds(item)).count() as f64 / of.len() as f64
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a mission has a few thousand rows")]
 fn root_mean_square(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// Four standard deviations of the share of `n` draws with a property of probability `p`.
-#[expect(clippy::cast_precision_loss, reason = "a mission has a few hundred messages")]
 fn deviations(p: f64, n: usize) -> f64 {
     4.0 * (p * (1.0 - p) / n as f64).sqrt()
 }
@@ -262,7 +257,6 @@ fn survey_declared_follows_a_navigation_that_is_off_by_20_m_and_drifts() {
     near((errors[1] - errors[0]).norm(), 12.9, 0.3);
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a mission has a few hundred messages")]
 fn share_of(some: usize, all: usize) -> f64 {
     some as f64 / all as f64
 }

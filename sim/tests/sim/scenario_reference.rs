@@ -5,10 +5,8 @@ use std::fs;
 use pilotfish_sim::scenario::Scenario;
 use serde_json::Value;
 
-use self::{
-    form::{Form, counts, is_number, is_point, kind, list_of, number, split_default},
-    page::text,
-};
+use self::form::{Form, counts, is_number, is_point, kind, list_of, number, split_default};
+use self::page::text;
 
 mod form;
 mod page;

@@ -1,22 +1,16 @@
 //! Scenario files: published files are the ones that are read.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    path::Path,
-    sync::Arc,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
 
-use pilotfish_sim::{
-    metrics::Metrics,
-    scenario::{Files, ReportedAs, Scenario},
-    surface_craft::SurfaceClass,
-};
+use pilotfish_sim::metrics::Metrics;
+use pilotfish_sim::scenario::{Files, ReportedAs, Scenario};
+use pilotfish_sim::surface_craft::SurfaceClass;
 use planner::craft::{CraftDescription, HeadingLoop, HeadingReference, Power, SpeedReference, SurgeLoop};
-use record::{
-    Source as _,
-    table::{COLUMNS, Cell, Column},
-};
+use record::Source as _;
+use record::table::{COLUMNS, Cell, Column};
 
 use crate::{flown_by, los, named, near, parsed, rows, step_until, world};
 

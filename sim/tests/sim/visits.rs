@@ -1,11 +1,9 @@
 //! Missions whose craft chooses the AUV to visit.
 
-use pilotfish_sim::{
-    guide::Guide,
-    metrics::Metrics,
-    record::{AuvRow, Record, Row},
-    scenario::{Files, Scenario},
-};
+use pilotfish_sim::guide::Guide;
+use pilotfish_sim::metrics::Metrics;
+use pilotfish_sim::record::{AuvRow, Record, Row};
+use pilotfish_sim::scenario::{Files, Scenario};
 
 use crate::{craft, flown_by, los, mpc, near, parsed};
 

@@ -2,10 +2,8 @@
 
 use serde_json::{Value, json};
 use sim::scenario::Scenario;
-use tests::{
-    client::{get, post},
-    refusals::assert_refused,
-};
+use tests::client::{get, post};
+use tests::refusals::assert_refused;
 
 use super::{Service, live, number, simulated, streams::read};
 
@@ -82,7 +80,7 @@ async fn every_plan_after_a_change_follows_it_and_all_replay_equal() {
     let changed = service.change(&mission, json!({ "keep_outs": [disc] })).await;
     let around = service.next_plan(&mission).await;
     assert!(3.9 < nearest(&around, [5.0, 10.0]), "{around}");
-    // What is left out stays.
+    // Members that are left out stay.
     assert_eq!(changed["setting"]["goal"], track("auv-2"));
 
     let slow = json!({ "limits": { "speed_max_mps": 0.3 }, "area": [[-90, -90], [90, -90], [0, 90]] });

@@ -2,11 +2,9 @@
 
 use std::time::Duration;
 
-use axum::{
-    Router,
-    body::Body,
-    http::{Method, Request},
-};
+use axum::Router;
+use axum::body::Body;
+use axum::http::{Method, Request};
 use clock::Clock;
 use serde_json::{Value, json};
 use service::{

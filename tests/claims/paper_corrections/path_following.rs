@@ -7,13 +7,11 @@ use planner::{
     angle::{direction, wrap},
     path::{Path, PathPoint, Side},
 };
-use sim::{
-    dive::{Dive, Leg},
-    inner_loop::PERIOD,
-    path_following::{PathCommand, PathError, PathFollowingGains, follow_path, sine_quotient},
-    scenario::Scenario,
-    world::World,
-};
+use sim::dive::{Dive, Leg};
+use sim::inner_loop::PERIOD;
+use sim::path_following::{PathCommand, PathError, PathFollowingGains, follow_path, sine_quotient};
+use sim::scenario::Scenario;
+use sim::world::World;
 
 const GAINS: PathFollowingGains = PathFollowingGains::LAB;
 /// Horizontal speed of a vehicle of 0.3 m/s at 50°, m/s.

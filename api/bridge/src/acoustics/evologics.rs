@@ -24,13 +24,11 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
 
-use super::{
-    observation::{
-        ADDRESS, Axes, FIELDS, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight, number,
-        optional,
-    },
-    settings::Frame,
+use super::observation::{
+    ADDRESS, Axes, FIELDS, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight, number,
+    optional,
 };
+use super::settings::Frame;
 use crate::{Parsed, reject_if};
 
 const LENGTH: &str = "length does not match";
@@ -103,10 +101,9 @@ fn address(text: &str) -> Parsed<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::{mounting::attitude, observation::NUMBER},
-        *,
-    };
+    use super::super::mounting::attitude;
+    use super::super::observation::NUMBER;
+    use super::*;
 
     /// Lines of real modems, published in `Brazilian-Institute-of-Robotics/drivers-usbl_evologics`
     /// (`test/test_UsblParser.cpp`) and in public ground-station programs that quote their logs.

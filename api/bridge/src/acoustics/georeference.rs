@@ -5,13 +5,11 @@ use std::{collections::BTreeMap, f64::consts::PI, ops::RangeInclusive};
 use geodesy::Datum;
 use nalgebra::{Rotation3, Vector3};
 
-use super::{
-    depth_intersection::{NO_DEPTH, intersect, intersection_sigma},
-    mounting::{Mounting, attitude},
-    observation::{Axes, Location, NO_POSITION, Observation, SignalTime},
-    pose::{CraftPose, PoseHistory},
-    settings::{Settings, UnusableSettings},
-};
+use super::depth_intersection::{NO_DEPTH, intersect, intersection_sigma};
+use super::mounting::{Mounting, attitude};
+use super::observation::{Axes, Location, NO_POSITION, Observation, SignalTime};
+use super::pose::{CraftPose, PoseHistory};
+use super::settings::{Settings, UnusableSettings};
 use crate::{AuvFix, Origin, Parsed, on_earth, reject_if};
 
 const CLOCK: &str = "the modem's clock and ours differ";

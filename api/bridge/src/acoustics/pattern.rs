@@ -19,10 +19,8 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use regex_lite::{Captures, Regex, RegexBuilder};
 
-use super::{
-    observation::{Axes, Location, Observation, SignalTime, address, line_of_sight, optional},
-    settings::UnusableSettings,
-};
+use super::observation::{Axes, Location, Observation, SignalTime, address, line_of_sight, optional};
+use super::settings::UnusableSettings;
 use crate::Parsed;
 
 const NO_MATCH: &str = "the pattern does not match";
@@ -200,10 +198,8 @@ fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
 
 #[cfg(test)]
 mod tests {
-    use super::{
-        super::observation::{NOT_ON_EARTH, NUMBER},
-        *,
-    };
+    use super::super::observation::{NOT_ON_EARTH, NUMBER};
+    use super::*;
 
     fn names(addresses: &[&str]) -> BTreeMap<String, String> {
         addresses

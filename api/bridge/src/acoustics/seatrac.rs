@@ -23,12 +23,10 @@
 
 use nalgebra::Vector3;
 
-use super::{
-    observation::{
-        ADDRESS, Axes, CHECKSUM, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight,
-    },
-    settings::Frame,
+use super::observation::{
+    ADDRESS, Axes, CHECKSUM, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight,
 };
+use super::settings::Frame;
 use crate::{Parsed, reject_if};
 
 const NOT_HEX: &str = "no hexadecimal digits";

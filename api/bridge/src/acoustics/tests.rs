@@ -4,9 +4,8 @@ mod positions;
 
 use proptest::prelude::*;
 
-use super::{
-    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, sentences,
-};
+use super::mounting::Mounting;
+use super::{CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, sentences};
 use crate::{AuvFix, on_earth};
 
 const RECEIVED_S: f64 = 1_779_500_000.0;

@@ -27,7 +27,6 @@ const NORTH: Reference = Reference {
 struct Random(u64);
 
 impl Random {
-    #[expect(clippy::cast_precision_loss, reason = "53 bits are kept")]
     fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;

@@ -1,14 +1,13 @@
 //! The decision of each tick: the plan's reference, or the reason that nothing is sent.
 
-use crate::{
-    MeasuredState, Plan,
-    confirmation::Confirmation,
-    follow::{mission_log::MissionLog, telemetry::Telemetry},
-    mavlink::{Action, Authority, Conditions, Control, Parameters, Silence},
-    mission_link::LinkStatus,
-    output_limiter::{OutputLimiter, OutputLimits},
-    reference::Reference,
-};
+use crate::confirmation::Confirmation;
+use crate::follow::mission_log::MissionLog;
+use crate::follow::telemetry::Telemetry;
+use crate::mavlink::{Action, Authority, Conditions, Control, Parameters, Silence};
+use crate::mission_link::LinkStatus;
+use crate::output_limiter::{OutputLimiter, OutputLimits};
+use crate::reference::Reference;
+use crate::{MeasuredState, Plan};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Sending {

@@ -2,17 +2,13 @@
 
 use ::wire::mission::SteeringState;
 
-use crate::{
-    Plan, Rejects,
-    autopilot_link::AutopilotLink,
-    follow::{
-        decision::{Decision, Sending},
-        steering::Steering,
-        telemetry::{Fixes, Telemetry},
-    },
-    mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence},
-    mission_link::{LinkStatus, MissionLink},
-};
+use crate::autopilot_link::AutopilotLink;
+use crate::follow::decision::{Decision, Sending};
+use crate::follow::steering::Steering;
+use crate::follow::telemetry::{Fixes, Telemetry};
+use crate::mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence};
+use crate::mission_link::{LinkStatus, MissionLink};
+use crate::{Plan, Rejects};
 
 /// Warnings of a plan that the craft does not respond.
 const NOT_FOLLOWED: [&str; 3] = [
@@ -227,8 +223,7 @@ pub(super) struct Reporting {
 }
 
 impl Reporting {
-    /// `true` if a status line is due at `now`, s: at once after a worse state, else a second after
-    /// the last one.
+    /// `true` if a status line is due at `now`, s: at once after a worse state, else in a second.
     pub(super) fn takes_line(&mut self, now: f64, steering: Option<&Steering>) -> bool {
         let is_due = self.lined.as_ref().is_none_or(|(said, at)| {
             let [is_worse, is_other] = match said.as_ref().zip(steering) {
@@ -273,8 +268,7 @@ impl Reporting {
         }
     }
 
-    /// Sends texts of a worse state at once, of a better one that lasts, and repeatedly during an
-    /// alarm.
+    /// Sends texts of a worse state at once, of a better one that lasts, and again during an alarm.
     fn text(&mut self, now: f64, steering: Steering, autopilot: &mut AutopilotLink) {
         let told = self.texted.as_ref();
         let is_told = told.is_some_and(|(told, _)| !told.is_worse_than(&steering));

@@ -2,17 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::{
-    Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source,
-    acoustics::{CraftPose, KnownDepth, Modem, PoseHistory},
-    arrivals::Arrivals,
-    autopilot_link::{AutopilotLink, read_nmea},
-    follow::mission_log::{MissionLog, TARGET},
-    mavlink::{AutopilotEvent, Parameters},
-    mission_setup::Settling,
-    nmea::NmeaReader,
-    wire::Received,
-};
+use crate::acoustics::{CraftPose, KnownDepth, Modem, PoseHistory};
+use crate::arrivals::Arrivals;
+use crate::autopilot_link::{AutopilotLink, read_nmea};
+use crate::follow::mission_log::{MissionLog, TARGET};
+use crate::mavlink::{AutopilotEvent, Parameters};
+use crate::mission_setup::Settling;
+use crate::nmea::NmeaReader;
+use crate::wire::Received;
+use crate::{Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source};
 
 pub(super) const AUTOPILOT_WIRE: usize = 0;
 /// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.

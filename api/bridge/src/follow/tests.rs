@@ -2,10 +2,8 @@
 
 use std::sync::Arc;
 
-use ::wire::{
-    Warning,
-    mission::{CurrentReference, Setting},
-};
+use ::wire::Warning;
+use ::wire::mission::{CurrentReference, Setting};
 
 use super::{decision::Sending, *};
 use crate::{Plan, mavlink::Silence, tests::planned};

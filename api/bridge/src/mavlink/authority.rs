@@ -130,8 +130,7 @@ impl Authority {
                 (false, false) => (Action::OrderGuided(heartbeat.autopilot), Silence::NotGuided),
             };
             return match (self.order(now, order, otherwise), heartbeat.autopilot) {
-                // PX4 enters and keeps OFFBOARD only while references arrive; in other modes it
-                // ignores them.
+                // PX4 enters and keeps OFFBOARD only while references arrive; others ignore them.
                 (Action::Silent(_), Autopilot::Px4) => Action::Offer(reference),
                 (action, _) => action,
             };

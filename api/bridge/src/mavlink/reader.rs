@@ -1,20 +1,17 @@
 //! Reads a MAVLink stream as events of the autopilot and its craft, and fixes of AUVs.
 
-use std::{
-    collections::{BTreeMap, BTreeSet, VecDeque},
-    io::{self, Read},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::io::{self, Read};
+use std::sync::Arc;
+use std::time::Duration;
 
-use ::mavlink::{
-    MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _,
-    dialects::ardupilotmega::{
-        EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA,
-        MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
-    },
+use ::mavlink::dialects::ardupilotmega::{
+    EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavAutopilot,
+    MavMessage, MavModeFlag, MavResult, MavType,
 };
+use ::mavlink::{MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _};
 use nalgebra::Vector2;
+use parking_lot::Mutex;
 
 use super::autopilot::{Autopilot, Heartbeat};
 use crate::{AuvFix, CraftMeasurement, Measurement, Origin, Rejects, on_earth};
@@ -356,17 +353,13 @@ fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Optio
 struct Feed(Arc<Mutex<VecDeque<u8>>>);
 
 impl Feed {
-    fn lock(&self) -> MutexGuard<'_, VecDeque<u8>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     fn extend(&self, bytes: &[u8]) {
-        self.lock().extend(bytes);
+        self.0.lock().extend(bytes);
     }
 }
 
 impl Read for Feed {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        self.lock().read(into)
+        self.0.lock().read(into)
     }
 }

@@ -2,14 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use ::mavlink::{
-    MavHeader, MavlinkReader as FrameReader,
-    dialects::ardupilotmega::{
-        ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
-        FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot, MavFrame, MavMessage, MavSeverity,
-        MavType,
-    },
+use ::mavlink::dialects::ardupilotmega::{
+    ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
+    FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot, MavFrame, MavMessage, MavSeverity, MavType,
 };
+use ::mavlink::{MavHeader, MavlinkReader as FrameReader};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 

@@ -1,14 +1,12 @@
 //! Frames to an autopilot.
 
-use ::mavlink::{
-    MAVLinkV2MessageRaw, MavHeader,
-    dialects::ardupilotmega::{
-        COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag,
-        MavSeverity, MavState, MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask,
-        SET_POSITION_TARGET_LOCAL_NED_DATA, STATUSTEXT_DATA,
-    },
-    types::CharArray,
+use ::mavlink::dialects::ardupilotmega::{
+    COMMAND_LONG_DATA, HEARTBEAT_DATA, MavAutopilot, MavCmd, MavFrame, MavMessage, MavModeFlag, MavSeverity,
+    MavState, MavType, PARAM_REQUEST_READ_DATA, PositionTargetTypemask, SET_POSITION_TARGET_LOCAL_NED_DATA,
+    STATUSTEXT_DATA,
 };
+use ::mavlink::types::CharArray;
+use ::mavlink::{MAVLinkV2MessageRaw, MavHeader};
 
 use super::autopilot::Autopilot;
 use crate::reference::Reference;
@@ -122,9 +120,9 @@ impl MavlinkWriter {
 
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
-            Autopilot::ArduPilot => [CUSTOM_MODE, small(autopilot.guided_mode())],
+            Autopilot::ArduPilot => [CUSTOM_MODE, autopilot.guided_mode() as f32],
             // The main mode only.
-            Autopilot::Px4 => [CUSTOM_MODE, small(autopilot.guided_mode() >> 16)],
+            Autopilot::Px4 => [CUSTOM_MODE, (autopilot.guided_mode() >> 16) as f32],
         };
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
     }
@@ -163,9 +161,4 @@ impl MavlinkWriter {
 )]
 fn single(value: f64) -> f32 {
     value as f32
-}
-
-#[expect(clippy::cast_precision_loss, reason = "numbers of modes are small")]
-fn small(number: u32) -> f32 {
-    number as f32
 }

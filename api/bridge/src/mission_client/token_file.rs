@@ -1,10 +1,9 @@
 //! A token that is replaced while the bridge runs.
 
-use std::{
-    fs, io,
-    path::PathBuf,
-    sync::{Mutex, PoisonError},
-};
+use std::path::PathBuf;
+use std::{fs, io};
+
+use parking_lot::Mutex;
 
 /// A file with a token, and its last content.
 #[derive(Debug)]
@@ -21,7 +20,7 @@ impl TokenFile {
     }
 
     pub(super) fn token(&self) -> String {
-        self.token.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.token.lock().clone()
     }
 
     pub(super) fn another(&self, rejected: &str) -> Option<String> {
@@ -30,7 +29,7 @@ impl TokenFile {
         if token == rejected {
             return None;
         }
-        token.clone_into(&mut self.token.lock().unwrap_or_else(PoisonError::into_inner));
+        token.clone_into(&mut self.token.lock());
         Some(token)
     }
 }

@@ -30,8 +30,8 @@ fn services(clock: &Clock, fate: impl FnMut(&Call) -> Fate + Send + 'static) -> 
     let (seen, timer, start) = (Arc::clone(&calls), clock.clone(), clock.now());
     let fate = Mutex::new(fate);
     let transport = Transport::in_process(clock, move |call| {
-        let fate = (lock(&fate))(&call);
-        lock(&seen).push((timer.since(start), call));
+        let fate = (fate.lock())(&call);
+        seen.lock().push((timer.since(start), call));
         let timer = timer.clone();
         Box::pin(async move {
             match fate {
@@ -137,7 +137,7 @@ async fn a_new_token_in_the_file_is_read_after_a_rejection() {
     std::fs::write(&file, "new\n").expect("is written");
     noted_for(&clock, &link, 5).await;
     assert_eq!((link.status().trouble, link.status().has_failed), (None, false));
-    let calls = lock(&calls);
+    let calls = calls.lock();
     let reports = calls.iter().filter(|(_, call)| is_report(call));
     let tokens: Vec<_> = reports.map(|(_, call)| call.token.as_deref()).collect();
     let renewed = tokens.iter().position(|token| *token == Some("new"));
@@ -165,7 +165,7 @@ async fn a_lost_mission_is_created_again() {
     noted_for(&clock, &link, 10).await;
     assert_eq!(link.status().mission.as_deref(), Some("m-2"));
     assert!(!link.status().has_failed);
-    let calls = lock(&calls);
+    let calls = calls.lock();
     let told = calls.iter().filter(|(_, call)| call.path.contains("m-2/reports"));
     let told: String = told.map(|(_, call)| body(call)).collect();
     assert!(told.contains("the service no longer has mission m-1"), "{told}");
@@ -189,7 +189,7 @@ async fn a_service_without_missions_is_asked_again_each_second() {
         Some("the service has no such mission")
     );
     assert!(!link.status().has_failed);
-    assert!(lock(&calls).len() <= 2 * 9);
+    assert!(calls.lock().len() <= 2 * 9);
     noted_for(&clock, &link, 9).await;
     assert_eq!(link.status().mission.as_deref(), Some("m-1"));
 }
@@ -222,10 +222,10 @@ async fn a_dropped_link_makes_no_calls() {
     let link = joined(&clock, None, transport);
     noted_for(&clock, &link, 5).await;
     drop(link);
-    let asked = lock(&calls).len();
+    let asked = calls.lock().len();
     clock.sleep(Duration::from_mins(1)).await;
     assert!(2 < asked);
-    assert_eq!(lock(&calls).len(), asked);
+    assert_eq!(calls.lock().len(), asked);
 }
 
 fn state() -> MeasuredState {
@@ -357,7 +357,7 @@ async fn a_silent_service_is_left_for_the_next_with_the_same_key() {
     let client = MissionClient::new(&urls, None, transport);
     let link = opened(&clock, client, MissionChoice::Joined("m-1".to_owned()));
     noted_for(&clock, &link, 20).await;
-    let calls = lock(&calls);
+    let calls = calls.lock();
     let reports: Vec<_> = calls.iter().filter(|(_, call)| is_report(call)).collect();
     let key = |call: &Call| call.posted.as_ref().map(|posted| posted.key.clone());
     let first = reports.iter().filter(|(_, call)| key(call) == key(&reports[0].1));
@@ -390,7 +390,7 @@ async fn the_wait_for_a_single_service_is_four_seconds() {
     noted_for(&clock, &link, 14).await;
     let trouble = link.status().trouble.expect("is said");
     assert_eq!(trouble, "no answer: nothing within 4s");
-    let calls = lock(&calls);
+    let calls = calls.lock();
     let posted: Vec<Duration> = calls
         .iter()
         .filter(|(_, call)| is_report(call))

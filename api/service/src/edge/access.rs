@@ -5,22 +5,19 @@
 
 use std::{net::IpAddr, sync::Arc};
 
-use axum::{
-    Json,
-    extract::FromRequestParts,
-    http::{HeaderMap, Method, header, request::Parts},
-};
+use axum::Json;
+use axum::extract::FromRequestParts;
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, Method, header};
 use clock::Clock;
 use serde::Serialize;
 use utoipa::ToSchema;
 
 use store::AuditEntry;
 
-use crate::edge::{
-    page,
-    problem::{Problem, Refusals},
-    request_id::RequestId,
-};
+use crate::edge::page;
+use crate::edge::problem::{Problem, Refusals};
+use crate::edge::request_id::RequestId;
 
 mod tokens;
 

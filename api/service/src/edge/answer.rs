@@ -1,28 +1,20 @@
 //! The body of an answer on its way to the client: its memory, and the reasons that end it.
 
-use std::{
-    pin::Pin,
-    sync::Arc,
-    task::{Context, Poll},
-    time::Duration,
-};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use std::time::Duration;
 
-use axum::{
-    Error,
-    body::{Body, Bytes, HttpBody, to_bytes},
-};
+use axum::Error;
+use axum::body::{Body, Bytes, HttpBody, to_bytes};
 use clock::Clock;
 use http_body::{Frame, SizeHint};
 use tokio::time::Interval;
 
-use crate::{
-    edge::{
-        problem::Problem,
-        quota::{Quota, QuotaExceeded, QuotaPermit},
-        slots::ActiveRequest,
-    },
-    limits::{ANSWERS_KIB_MAX, SHORT_BYTES_MAX},
-};
+use crate::edge::problem::Problem;
+use crate::edge::quota::{Quota, QuotaExceeded, QuotaPermit};
+use crate::edge::slots::ActiveRequest;
+use crate::limits::{ANSWERS_KIB_MAX, SHORT_BYTES_MAX};
 
 /// Time between two checks of a waiting caller. With the rereading of tokens, less than a second.
 const CHECK: Duration = Duration::from_millis(400);

@@ -2,22 +2,18 @@
 
 use std::{sync::Arc, time::Duration};
 
-use axum::{
-    body::Body,
-    extract::{FromRef, FromRequest, Request},
-    http::{HeaderMap, header},
-};
+use axum::body::Body;
+use axum::extract::{FromRef, FromRequest, Request};
+use axum::http::{HeaderMap, header};
 use clock::Clock;
 use futures_util::StreamExt as _;
 use serde::de::DeserializeOwned;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tracing::{Instrument as _, info_span};
 
-use crate::{
-    edge::problem::Problem,
-    limits::{BODIES_KIB_MAX, BODY_BYTES_MAX, PIECES_MAX, SHORT_BYTES_MAX},
-    metrics::{Metrics, Shed},
-};
+use crate::edge::problem::Problem;
+use crate::limits::{BODIES_KIB_MAX, BODY_BYTES_MAX, PIECES_MAX, SHORT_BYTES_MAX};
+use crate::metrics::{Metrics, Shed};
 use wire::BodyError;
 
 #[derive(Clone, Debug)]

@@ -7,11 +7,9 @@
 
 use std::{net::IpAddr, sync::Arc};
 
-use axum::http::{
-    HeaderMap, HeaderValue, Method, Version,
-    header::{HOST, HeaderName, ORIGIN},
-    uri::Authority,
-};
+use axum::http::header::{HOST, HeaderName, ORIGIN};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, HeaderValue, Method, Version};
 
 use crate::edge::problem::Problem;
 

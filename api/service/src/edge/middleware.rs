@@ -1,36 +1,28 @@
 //! Steps around every request and answer: access, id, log line, problem documents, headers.
 
-use std::{
-    any::Any,
-    mem,
-    sync::{Mutex, PoisonError},
-    time::{Duration, Instant},
-};
+use std::any::Any;
+use std::mem;
+use std::time::{Duration, Instant};
 
-use axum::{
-    body::Body,
-    extract::{MatchedPath, Request},
-    http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
-    middleware::Next,
-    response::{IntoResponse, Response},
-};
+use axum::body::Body;
+use axum::extract::{MatchedPath, Request};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use clock::Clock;
+use parking_lot::Mutex;
 use tracing::{Instrument as _, Span, error_span, field::Empty};
 
-use crate::{
-    edge::{
-        access::{Caller, Tokens, changes_nothing, is_public},
-        answer::{Answer, AnswerMemory, StillAllowed, no_longer},
-        arrival::Arrival,
-        hosts::Hosts,
-        page,
-        problem::Problem,
-        request_id::{self, RequestId},
-        slots::ConnectionSlot,
-        trace::{TRACERESPONSE, TraceContext, TraceFn},
-    },
-    metrics::{Metrics, Shed},
-};
+use crate::edge::access::{Caller, Tokens, changes_nothing, is_public};
+use crate::edge::answer::{Answer, AnswerMemory, StillAllowed, no_longer};
+use crate::edge::arrival::Arrival;
+use crate::edge::hosts::Hosts;
+use crate::edge::page;
+use crate::edge::problem::Problem;
+use crate::edge::request_id::{self, RequestId};
+use crate::edge::slots::ConnectionSlot;
+use crate::edge::trace::{TRACERESPONSE, TraceContext, TraceFn};
+use crate::metrics::{Metrics, Shed};
 
 /// The route label of requests without a route.
 const UNMATCHED: &str = "unmatched";
@@ -253,7 +245,7 @@ struct RateLimited(Mutex<(u64, Option<Instant>)>);
 impl RateLimited {
     /// Counts one event. Returns the count if a line is due.
     fn count(&self, now: Instant) -> Option<u64> {
-        let mut counted = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut counted = self.0.lock();
         counted.0 += 1;
         let since = counted.1.map(|line| now.saturating_duration_since(line));
         if since.is_some_and(|since| since < Duration::from_secs(1)) {

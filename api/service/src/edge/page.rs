@@ -2,12 +2,10 @@
 
 use std::sync::LazyLock;
 
-use axum::{
-    Router,
-    http::{HeaderMap, HeaderValue, StatusCode, header},
-    response::{IntoResponse as _, Response},
-    routing::get,
-};
+use axum::Router;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse as _, Response};
+use axum::routing::get;
 
 /// Hexadecimal digits of a file's tag: 128 bits.
 const TAG_DIGITS: usize = 32;

@@ -5,24 +5,18 @@
 
 use std::{collections::BTreeMap, fmt, time::Duration};
 
-use axum::{
-    http::{HeaderValue, StatusCode, header},
-    response::{IntoResponse, Response},
-};
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use serde::{Deserialize, Serialize};
-use utoipa::{
-    IntoResponses, ToSchema,
-    openapi::{ContentBuilder, Ref, RefOr, Response as Documented, ResponseBuilder},
-};
+use utoipa::openapi::{ContentBuilder, Ref, RefOr, Response as Documented, ResponseBuilder};
+use utoipa::{IntoResponses, ToSchema};
 
 use wire::{FieldError, mission::Order, shortened};
 
 use store::StoreError;
 
-use crate::{
-    edge::role::{Role, TokenLimit},
-    limits::{BODY_BYTES_MAX, FIELD_ERRORS_MAX},
-};
+use crate::edge::role::{Role, TokenLimit};
+use crate::limits::{BODY_BYTES_MAX, FIELD_ERRORS_MAX};
 
 /// Time after which to ask a busy service again, s: plans take milliseconds.
 const RETRY_AFTER: HeaderValue = HeaderValue::from_static("1");

@@ -1,10 +1,10 @@
 //! Limits of simultaneous things, for all clients together and for each.
 
-use std::{
-    collections::HashMap,
-    hash::Hash,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
+use std::collections::HashMap;
+use std::hash::Hash;
+use std::sync::Arc;
+
+use parking_lot::Mutex;
 
 use crate::edge::problem::Problem;
 
@@ -76,12 +76,8 @@ impl<K: Clone + Eq + Hash> Quota<K> {
             client,
             n: 0,
         };
-        permit.set(n, &mut self.taken());
+        permit.set(n, &mut self.taken.lock());
         permit
-    }
-
-    fn taken(&self) -> MutexGuard<'_, Taken<K>> {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -89,7 +85,7 @@ impl<K: Clone + Eq + Hash> QuotaPermit<K> {
     /// Counts `n` things from now on, if these are no more than before, or within the limits.
     pub fn resize(&mut self, n: usize) -> Result<(), QuotaExceeded> {
         let quota = self.quota.clone();
-        let mut taken = quota.taken();
+        let mut taken = quota.taken.lock();
         let more = n.saturating_sub(self.n);
         let of_client = taken.of_each.get(&self.client).copied().unwrap_or(0);
         if 0 < more && quota.limit < taken.of_all + more {
@@ -115,7 +111,7 @@ impl<K: Clone + Eq + Hash> QuotaPermit<K> {
 impl<K: Clone + Eq + Hash> Drop for QuotaPermit<K> {
     fn drop(&mut self) {
         let quota = self.quota.clone();
-        self.set(0, &mut quota.taken());
+        self.set(0, &mut quota.taken.lock());
     }
 }
 
@@ -145,6 +141,6 @@ mod tests {
         assert_eq!(third.resize(2), Err(QuotaExceeded::OfAll(4)));
         assert_eq!(third.resize(0), Ok(()));
         drop((third, existing));
-        assert!(quota.taken().of_each.is_empty());
+        assert!(quota.taken.lock().of_each.is_empty());
     }
 }

@@ -1,12 +1,8 @@
 //! The id of a request, in its answer and in every line of the log about it.
 
-use std::{
-    hash::{BuildHasher as _, RandomState},
-    sync::{
-        LazyLock,
-        atomic::{AtomicU64, Ordering},
-    },
-};
+use std::hash::{BuildHasher as _, RandomState};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::http::{HeaderMap, HeaderName};
 

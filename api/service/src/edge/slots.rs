@@ -5,14 +5,13 @@
 //! token, in this order. Otherwise it takes one from its own address: of an idle connection, a long
 //! request without a token, or the busiest caller there. Live missions keep their slots.
 
-use std::{
-    collections::{BTreeMap, BTreeSet, HashMap},
-    net::{IpAddr, Ipv6Addr},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::Instant,
-};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::net::{IpAddr, Ipv6Addr};
+use std::sync::Arc;
+use std::time::Instant;
 
 use clock::Clock;
+use parking_lot::Mutex;
 use tokio::sync::Notify;
 
 use crate::limits::{IPV6_NETWORK_BITS, LONG_REQUEST};
@@ -83,13 +82,13 @@ impl ConnectionSlots {
 
     /// A slot for a connection from `address`; `None` if no connection may give way.
     pub fn acquire(&self, address: IpAddr) -> Option<ConnectionSlot> {
-        let now = self.table().clock.now();
+        let now = self.0.lock().clock.now();
         self.acquire_at(now, address)
     }
 
     fn acquire_at(&self, now: Instant, address: IpAddr) -> Option<ConnectionSlot> {
         let address = network(address);
-        let mut table = self.table();
+        let mut table = self.0.lock();
         let own = table.count(&address);
         let has_its_share = table.share <= own;
         if has_its_share || table.limit <= table.connections.len() {
@@ -114,10 +113,6 @@ impl ConnectionSlots {
             number,
             revoked,
         })))
-    }
-
-    fn table(&self) -> MutexGuard<'_, Table> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -221,13 +216,13 @@ impl ConnectionSlot {
     }
 
     fn change(&self, change: impl FnOnce(&mut Connection)) {
-        self.0.slots.table().change(self.0.number, change);
+        self.0.slots.0.lock().change(self.0.number, change);
     }
 }
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        self.slots.table().remove(self.number);
+        self.slots.0.lock().remove(self.number);
     }
 }
 
@@ -340,7 +335,7 @@ mod tests {
         let slots = ConnectionSlots::new(4, Clock::simulated(0.0));
         let asking = [(); 2].map(|()| slots.acquire(GOOD).expect("is free"));
         let requests = asking.each_ref().map(ConnectionSlot::request);
-        let now = slots.table().clock.now();
+        let now = slots.0.lock().clock.now();
         assert!(slots.acquire_at(now, GOOD).is_none());
         let newcomer = slots
             .acquire_at(now + 2 * LONG_REQUEST, GOOD)
@@ -358,7 +353,7 @@ mod tests {
         for slot in &taken {
             serve(slot, "reader");
         }
-        let now = slots.table().clock.now();
+        let now = slots.0.lock().clock.now();
         assert!(
             slots.acquire_at(now, GOOD).is_none(),
             "half is its share, in use by one caller"
@@ -380,9 +375,9 @@ mod tests {
         let taken: Vec<_> = (1..9)
             .map(|host| slots.acquire(IpAddr::V6(Ipv6Addr::new(0x2001, 0xdb8, 0, 1, 0, 0, 0, host))))
             .collect();
-        assert_eq!(slots.table().connections.len(), 2);
+        assert_eq!(slots.0.lock().connections.len(), 2);
         drop(taken);
-        let table = slots.table();
+        let table = slots.0.lock();
         assert!(table.connections.is_empty() && table.by_address.is_empty());
     }
 }

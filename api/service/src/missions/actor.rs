@@ -5,36 +5,29 @@
 //!              clock, every period ──► plan ──┘
 //! ```
 
-use std::{
-    collections::BTreeMap,
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use serde::{Deserialize, Serialize};
-use tokio::sync::{
-    broadcast,
-    mpsc::{self, error::TryRecvError},
-    oneshot, watch,
-};
+use tokio::sync::mpsc;
+use tokio::sync::mpsc::error::TryRecvError;
+use tokio::sync::{broadcast, oneshot, watch};
 use tracing::{Instrument as _, Span, error_span, info_span};
 
-use super::{
-    clock::MissionClock,
-    event::{Event, StoredAnswer, json},
-    if_match::IfMatch,
-    memory::MEMORY,
-    state::MissionState,
-};
+use super::clock::MissionClock;
+use super::event::{Event, StoredAnswer, json};
+use super::if_match::IfMatch;
+use super::memory::MEMORY;
+use super::state::MissionState;
 use store::{Append, Appended, AuditEntry, EventStore, KeyedAnswer, Room, StoreError, StoredEvent};
 
-use crate::{
-    edge::{problem::Problem, quota::QuotaPermit},
-    limits::{EVENTS_BEHIND_MAX, MAILBOX},
-    metrics::{Counted, Shed},
-    planning::planners::Planners,
-};
+use crate::edge::problem::Problem;
+use crate::edge::quota::QuotaPermit;
+use crate::limits::{EVENTS_BEHIND_MAX, MAILBOX};
+use crate::metrics::{Counted, Shed};
+use crate::planning::planners::Planners;
 use wire::{
     Origin,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},

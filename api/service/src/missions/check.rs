@@ -6,15 +6,10 @@ use clock::Clock;
 use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
-use super::{
-    simulation,
-    state::{AHEAD_MAX, trial_request},
-};
-use wire::{
-    FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check,
-    mission::{Controller, Live, NewMission, Reports, Setting, Simulated},
-    shortened, unsupported_version,
-};
+use super::simulation;
+use super::state::{AHEAD_MAX, trial_request};
+use wire::mission::{Controller, Live, NewMission, Reports, Setting, Simulated};
+use wire::{FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check, shortened, unsupported_version};
 
 pub(crate) const TITLE_BYTES_MAX: usize = 200;
 pub(crate) const NOTE_BYTES_MAX: usize = 500;

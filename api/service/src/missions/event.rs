@@ -4,10 +4,8 @@ use std::time::Duration;
 
 use planner::plan::Degraded;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::DeserializeOwned, de::Error as _};
-use serde_json::{
-    Map,
-    value::{RawValue, to_raw_value},
-};
+use serde_json::Map;
+use serde_json::value::{RawValue, to_raw_value};
 use utoipa::ToSchema;
 
 use store::{EventReader, StoreError, StoredEvent};

@@ -8,32 +8,25 @@
 
 use std::{net::IpAddr, time::Duration};
 
-use axum::{
-    RequestExt as _,
-    body::{Body, Bytes, to_bytes},
-    extract::{MatchedPath, RawPathParams, Request},
-    http::{HeaderName, HeaderValue, Method, Response as HttpResponse, Uri, Version, header},
-    middleware::Next,
-    response::{IntoResponse, Response},
-};
+use axum::RequestExt as _;
+use axum::body::{Body, Bytes, to_bytes};
+use axum::extract::{MatchedPath, RawPathParams, Request};
+use axum::http::{HeaderName, HeaderValue, Method, Response as HttpResponse, Uri, Version, header};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
 use futures_util::stream::{self, Stream, StreamExt as _};
 use hyper_rustls::{HttpsConnector, HttpsConnectorBuilder};
-use hyper_util::{
-    client::legacy::{Client, connect::HttpConnector},
-    rt::TokioExecutor,
-};
+use hyper_util::client::legacy::Client;
+use hyper_util::client::legacy::connect::HttpConnector;
+use hyper_util::rt::TokioExecutor;
 use tokio_rustls::rustls::ClientConfig;
 
 use store::{StoreError, roots::verified_by};
 
-use crate::{
-    edge::{
-        in_process::{InProcess, MayHaveArrived},
-        problem::Problem,
-        request_id::{self, RequestId},
-    },
-    missions::Missions,
-};
+use crate::edge::in_process::{InProcess, MayHaveArrived};
+use crate::edge::problem::Problem;
+use crate::edge::request_id::{self, RequestId};
+use crate::missions::Missions;
 
 const FORWARDED: HeaderName = HeaderName::from_static("pilotfish-forwarded");
 

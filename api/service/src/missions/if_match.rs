@@ -1,9 +1,8 @@
 //! The state of a mission that a caller has seen.
 
-use axum::{
-    extract::FromRequestParts,
-    http::{HeaderValue, request::Parts},
-};
+use axum::extract::FromRequestParts;
+use axum::http::HeaderValue;
+use axum::http::request::Parts;
 use wire::mission::Mission;
 
 use crate::edge::{problem::Problem, query::wrong_parameter};

@@ -2,20 +2,17 @@
 
 use std::sync::Arc;
 
-use super::{
-    actor::{Checkpoint, LiveMission, StoredPlan},
-    clock::MissionClock,
-    event::parsed,
-    registry::Missions,
-    simulation,
-};
+use super::actor::{Checkpoint, LiveMission, StoredPlan};
+use super::clock::MissionClock;
+use super::event::parsed;
+use super::registry::Missions;
+use super::simulation;
 use store::{EventReader, StoreError, StoredMission};
 
-use crate::{
-    edge::{problem::Problem, role::TokenLimit},
-    limits::LIST_BYTES_MAX,
-    planning::pool::Priority,
-};
+use crate::edge::problem::Problem;
+use crate::edge::role::TokenLimit;
+use crate::limits::LIST_BYTES_MAX;
+use crate::planning::pool::Priority;
 use clock::Clock;
 use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
 

@@ -2,10 +2,9 @@
 
 use std::convert::Infallible;
 
-use axum::{
-    extract::{FromRef, FromRequest, FromRequestParts, Path, Request},
-    http::{HeaderValue, request::Parts},
-};
+use axum::extract::{FromRef, FromRequest, FromRequestParts, Path, Request};
+use axum::http::HeaderValue;
+use axum::http::request::Parts;
 use http_body::Body as _;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
@@ -13,21 +12,16 @@ use sha2::{Digest as _, Sha256};
 use utoipa::IntoParams;
 use wire::FieldError;
 
-use super::{
-    actor::IdempotencyKey,
-    event::{Event, json},
-    record::RecordFormat,
-    registry::Missions,
-};
-use crate::{
-    edge::{
-        access::By,
-        body::{Bodies, BodyBytes},
-        problem::Problem,
-        query::{out_of_range, wrong_parameter},
-    },
-    planning::{planners::Planners, pool::Priority},
-};
+use super::actor::IdempotencyKey;
+use super::event::{Event, json};
+use super::record::RecordFormat;
+use super::registry::Missions;
+use crate::edge::access::By;
+use crate::edge::body::{Bodies, BodyBytes};
+use crate::edge::problem::Problem;
+use crate::edge::query::{out_of_range, wrong_parameter};
+use crate::planning::planners::Planners;
+use crate::planning::pool::Priority;
 
 /// Missions or orders on one page.
 const LIST_MAX: usize = 1_000;

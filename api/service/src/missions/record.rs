@@ -1,10 +1,8 @@
 //! The record of a mission, as a file for other programs. A mission may be of any length: memory
 //! holds a page of events and the format's own data.
 
-use std::{
-    cell::OnceCell,
-    io::{self, BufWriter, Write},
-};
+use std::cell::OnceCell;
+use std::io::{self, BufWriter, Write};
 
 use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source, table::Row};
 use serde::{Deserialize, Serialize};
@@ -80,21 +78,18 @@ impl RecordFormat {
 }
 
 /// The reason that a record is incomplete.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The format holds positions on Earth, and the mission has none.
     #[error(
         "GeoJSON needs positions on Earth, which this mission does not have: choose another format, or create the next \
          mission with live.origin, or from a scenario with an [origin], each with lat_deg and lon_deg"
     )]
     NoOrigin,
-    /// The mission's origin is not usable.
     #[error(transparent)]
     Export(#[from] ExportError),
-    /// The log cannot be read.
     #[error(transparent)]
     Log(#[from] StoreError),
-    /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] io::Error),
 }

@@ -1,47 +1,42 @@
 //! All missions: active ones have an actor, others are in the event store only.
 
-use std::{
-    collections::BTreeMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use clock::Clock;
+use parking_lot::{Mutex, MutexGuard};
 use serde_json::{Map, Value};
 use tokio::sync::{
     Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot,
 };
 use tracing::Span;
 
-use super::{
-    actor::{
-        Checkpoint, Command, Context, Handle, IdempotencyKey, LiveMission, Ownership, Request, live::Live,
-        run, simulated::Simulated,
-    },
-    check,
-    clock::MissionClock,
-    event::{Event, created, json, parsed},
-    if_match::IfMatch,
-    memory::{MEMORY, bytes_of},
-    state::MissionState,
+use super::actor::live::Live;
+use super::actor::simulated::Simulated;
+use super::actor::{
+    Checkpoint, Command, Context, Handle, IdempotencyKey, LiveMission, Ownership, Request, run,
 };
+use super::check;
+use super::clock::MissionClock;
+use super::event::{Event, created, json, parsed};
+use super::if_match::IfMatch;
+use super::memory::{MEMORY, bytes_of};
+use super::state::MissionState;
 use store::{
     Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
     StoredEvent, StoredMission,
 };
 
-use crate::{
-    edge::{
-        problem::Problem,
-        quota::{Quota, QuotaExceeded},
-        request_id::new_id,
-    },
-    limits::{
-        ACTORS_MAX, ANSWER_TIME, CHECK_TIME, LIVE_BYTES_MAX, OPEN_SHARE, OWNING_MAX, READERS_MAX,
-        RECORDS_MAX, STREAMS_MAX,
-    },
-    metrics::Shed,
-    planning::{planners::Planners, pool::Priority},
+use crate::edge::problem::Problem;
+use crate::edge::quota::{Quota, QuotaExceeded};
+use crate::edge::request_id::new_id;
+use crate::limits::{
+    ACTORS_MAX, ANSWER_TIME, CHECK_TIME, LIVE_BYTES_MAX, OPEN_SHARE, OWNING_MAX, READERS_MAX, RECORDS_MAX,
+    STREAMS_MAX,
 };
+use crate::metrics::Shed;
+use crate::planning::planners::Planners;
+use crate::planning::pool::Priority;
 use wire::{
     Origin,
     mission::{Mission, NewMission, Reports, Setting, Status},
@@ -514,7 +509,7 @@ impl Missions {
     }
 
     pub(super) fn actors(&self) -> MutexGuard<'_, Option<BTreeMap<String, Handle>>> {
-        self.actors.lock().unwrap_or_else(PoisonError::into_inner)
+        self.actors.lock()
     }
 }
 

@@ -8,12 +8,10 @@ use planner::{
     plan::{Workspace, plan},
 };
 
-use super::{
-    clock::MissionClock,
-    event::{Event, Planned, StoredAnswer, answer, created, parsed, previous},
-    simulation::Simulation,
-    state::MissionState,
-};
+use super::clock::MissionClock;
+use super::event::{Event, Planned, StoredAnswer, answer, created, parsed, previous};
+use super::simulation::Simulation;
+use super::state::MissionState;
 use store::{EventReader, StoreError};
 
 use crate::planning::planners;

@@ -2,12 +2,11 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use axum::{
-    Json,
-    extract::{FromRef, FromRequestParts, State},
-    http::{HeaderValue, StatusCode, header, request::Parts},
-    response::{IntoResponse, Response},
-};
+use axum::Json;
+use axum::extract::{FromRef, FromRequestParts, State};
+use axum::http::request::Parts;
+use axum::http::{HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
 use clock::Clock;
 use serde::Serialize;
 use utoipa::{
@@ -15,29 +14,24 @@ use utoipa::{
     openapi::{self, ContentBuilder, KnownFormat, Object, RefOr, ResponseBuilder, SchemaFormat, Type},
 };
 
-use super::{
-    actor::{Command, Handle, LiveMission, NO_REPORTS, View},
-    check,
-    if_match::IfMatch,
-    parameters::{
-        AuditQuery, EventsQuery, IdempotencyKeyHeader, JsonBody, LastEventId, MissionId, OptionalJsonBody,
-        PageQuery, RecordQuery, ReferenceQuery, WAIT_MAX, kinds_of, page_length,
-    },
-    record::{EventFilter, RecordFormat},
-    registry::{Missions, with_paths_of_now},
-    scene, stream,
+use super::actor::{Command, Handle, LiveMission, NO_REPORTS, View};
+use super::if_match::IfMatch;
+use super::parameters::{
+    AuditQuery, EventsQuery, IdempotencyKeyHeader, JsonBody, LastEventId, MissionId, OptionalJsonBody,
+    PageQuery, RecordQuery, ReferenceQuery, WAIT_MAX, kinds_of, page_length,
 };
+use super::record::{EventFilter, RecordFormat};
+use super::registry::{Missions, with_paths_of_now};
+use super::{check, scene, stream};
 use store::EventReader;
 
-use crate::{
-    edge::{
-        access::By,
-        body::BodyBytes,
-        problem::{MissionRefusals, Problem},
-        query::{ValidQuery, out_of_range, wrong_parameter},
-    },
-    planning::{admission::Work, planners::Planners, pool::Priority},
-};
+use crate::edge::access::By;
+use crate::edge::body::BodyBytes;
+use crate::edge::problem::{MissionRefusals, Problem};
+use crate::edge::query::{ValidQuery, out_of_range, wrong_parameter};
+use crate::planning::admission::Work;
+use crate::planning::planners::Planners;
+use crate::planning::pool::Priority;
 use wire::mission::{
     Accepted, CurrentReference, Mission, MissionList, NewMission, OrderList, Reports, Run, Scene, Setting,
     Step,

@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use sim::{
-    fault::Fault,
-    record::Record,
-    scenario::{CurrentKnowledge, Scenario},
-};
+use sim::fault::Fault;
+use sim::record::Record;
+use sim::scenario::{CurrentKnowledge, Scenario};
 
 use super::simulation;
 use wire::{
@@ -29,7 +27,6 @@ pub(super) fn scene(mission: &NewMission) -> Scene {
 fn of_live(live: &Live) -> Scene {
     let paths = live.auvs.iter().filter_map(|auv| {
         let path = auv.path.as_ref()?.path().ok()?;
-        #[expect(clippy::cast_precision_loss, reason = "hundreds")]
         let at = |k: usize| path.length() * k as f64 / (PATH_POINTS_MAX - 1) as f64;
         let points = (0..PATH_POINTS_MAX).map(|k| path.at(at(k)).position);
         Some((auv.id.clone(), points.map(|point| [point.x, point.y]).collect()))

@@ -13,11 +13,9 @@ use planner::{
     stop::Stop,
     tuned::Tuned,
 };
-use sim::{
-    guide::{Guidance, Guide as _, GuideError, LosGuide},
-    record::Row,
-    scenario::{Files, Scenario},
-};
+use sim::guide::{Guidance, Guide as _, GuideError, LosGuide};
+use sim::record::Row;
+use sim::scenario::{Files, Scenario};
 
 use super::event::{Planned, StoredAnswer, answer, planned};
 use crate::planning::planners;

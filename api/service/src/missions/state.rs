@@ -2,11 +2,9 @@
 
 use std::{collections::BTreeMap, mem};
 
-use planner::{
-    angle::Heading,
-    nalgebra::Vector2,
-    snapshot::{COORDINATE_MAX, REPORTS_MAX, Snapshot},
-};
+use planner::angle::Heading;
+use planner::nalgebra::Vector2;
+use planner::snapshot::{COORDINATE_MAX, REPORTS_MAX, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use super::{clock::MissionClock, event::Event};
@@ -353,10 +351,8 @@ pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
 
 #[cfg(test)]
 mod tests {
-    use planner::{
-        parameters::Parameters,
-        plan::{Workspace, plan},
-    };
+    use planner::parameters::Parameters;
+    use planner::plan::{Workspace, plan};
     use serde_json::json;
 
     use super::*;

@@ -5,12 +5,10 @@
     reason = "a record is written on a thread that waits for its client: simulated time does not pass meanwhile"
 )]
 
-use std::{
-    io::{self, Write},
-    sync::Arc,
-    thread,
-    time::Duration,
-};
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 use ::record::ExportError;
 use axum::{
@@ -23,20 +21,15 @@ use axum::{
 };
 use futures_util::stream::{self, Stream};
 use serde_json::json;
-use tokio::{
-    runtime,
-    sync::{
-        broadcast::{Receiver, error::RecvError},
-        mpsc,
-    },
-    task::spawn_blocking,
-    time::timeout,
-};
+use tokio::runtime;
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::mpsc;
+use tokio::task::spawn_blocking;
+use tokio::time::timeout;
 
-use super::{
-    record::{self, EventFilter, RecordError, RecordFormat},
-    registry::Missions,
-};
+use super::record::{self, EventFilter, RecordError, RecordFormat};
+use super::registry::Missions;
 use store::StoredEvent;
 
 use crate::{

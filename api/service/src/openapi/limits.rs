@@ -1,24 +1,19 @@
-//! Accepted values in the `OpenAPI` document, from the constants of the checks: utoipa takes literals
-//! only.
+//! Accepted values in the `OpenAPI` document, of the checks' constants: utoipa takes literals only.
 
 use std::ops::RangeInclusive;
 
-use planner::{
-    craft::PRESETS,
-    los::LawGains,
-    path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX},
-    snapshot::{
-        AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-        KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX,
-        VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
-    },
+use planner::craft::PRESETS;
+use planner::los::LawGains;
+use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
+use planner::snapshot::{
+    AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
+    KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX,
+    VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
-use wire::{
-    DEADLINE_MS, SCHEMA_VERSION,
-    mission::{Setting, Step},
-};
+use wire::mission::{Setting, Step};
+use wire::{DEADLINE_MS, SCHEMA_VERSION};
 
 use super::rules::{self, at};
 use crate::{

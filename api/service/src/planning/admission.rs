@@ -1,21 +1,18 @@
 //! Admission: accepts only requests that can be answered in time, and refuses others at once.
 
-use std::{
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant},
-};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use prometheus_client::metrics::gauge::Gauge;
 
-use crate::{
-    edge::problem::Problem,
-    limits::{
-        CUT_QUEUE_TIME, CUT_QUEUE_WAIT_MAX, NEWEST_WEIGHT, QUEUE_WAIT_MAX, REQUEST_COST, STANDING_QUEUE_TIME,
-        WORK_MAX, WORK_MIN,
-    },
-    planning::pool::Priority,
+use crate::edge::problem::Problem;
+use crate::limits::{
+    CUT_QUEUE_TIME, CUT_QUEUE_WAIT_MAX, NEWEST_WEIGHT, QUEUE_WAIT_MAX, REQUEST_COST, STANDING_QUEUE_TIME,
+    WORK_MAX, WORK_MIN,
 };
+use crate::planning::pool::Priority;
 
 /// The kind of work of an admitted request. The time for a byte depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +65,7 @@ impl Admission {
     /// For `n_threads`, with at most `n_waiting` more requests; `gauge` shows the number of all.
     pub(crate) fn new(n_threads: usize, n_waiting: usize, gauge: Gauge) -> Self {
         Self(Arc::new(Mutex::new(Load {
-            n_threads: float(n_threads),
+            n_threads: n_threads as f64,
             n_max: n_threads + n_waiting,
             n: 0,
             cost: [0.0; KINDS],
@@ -88,8 +85,8 @@ impl Admission {
         priority: Priority,
         due: Instant,
     ) -> Result<Arc<Permit>, Problem> {
-        let cost = REQUEST_COST + float(bytes);
-        let mut load = self.load();
+        let cost = REQUEST_COST + bytes as f64;
+        let mut load = self.0.lock();
         let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
         let wait = if is_cut {
@@ -97,7 +94,7 @@ impl Admission {
         } else {
             QUEUE_WAIT_MAX
         };
-        let stands = load.n_threads <= float(load.n) && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
+        let stands = load.n_threads <= load.n as f64 && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
         let since = stands.then(|| *load.standing_since.get_or_insert(now));
         if !stands {
             load.standing_since = None;
@@ -123,10 +120,6 @@ impl Admission {
             busy: Mutex::default(),
         }))
     }
-
-    fn load(&self) -> MutexGuard<'_, Load> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
 }
 
 impl Load {
@@ -137,27 +130,21 @@ impl Load {
     }
 }
 
-/// Counts and lengths are far below the first number that this rounds.
-#[expect(clippy::cast_precision_loss, reason = "bodies and queues are limited")]
-fn float(count: usize) -> f64 {
-    count as f64
-}
-
 impl Permit {
     /// Does `work` for the request and measures its time.
     pub(crate) fn work<T>(&self, clock: &Clock, work: impl FnOnce() -> T) -> T {
         let start = clock.now();
         let done = work();
-        *self.busy.lock().unwrap_or_else(PoisonError::into_inner) += clock.since(start);
+        *self.busy.lock() += clock.since(start);
         done
     }
 }
 
 impl Drop for Permit {
     fn drop(&mut self) {
-        let busy = self.busy.get_mut().unwrap_or_else(PoisonError::into_inner);
+        let busy = self.busy.get_mut();
         let busy = busy.as_secs_f64().min(WORK_MAX);
-        let mut load = self.admission.load();
+        let mut load = self.admission.0.lock();
         load.n -= 1;
         load.gauge.dec();
         // A sum of floats need not return to 0.
@@ -180,7 +167,7 @@ mod tests {
     /// One thread that takes 10 ms for each request of 4 KiB.
     fn slow() -> Admission {
         let admission = Admission::new(1, 64, Gauge::default());
-        let mut load = admission.load();
+        let mut load = admission.0.lock();
         load.rate[Work::Plan as usize] = 10e-3 / (2.0 * REQUEST_COST);
         load.busy = 10e-3;
         drop(load);
@@ -251,6 +238,6 @@ mod tests {
                 .admit(now, (Work::Plan, 1 << 20), Priority::Long, now + ms(1))
                 .expect("nothing is before it"),
         );
-        assert_eq!(admission.load().cost, [0.0; KINDS]);
+        assert_eq!(admission.0.lock().cost, [0.0; KINDS]);
     }
 }

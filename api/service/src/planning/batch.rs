@@ -2,34 +2,24 @@
 
 use std::sync::Arc;
 
-use axum::{
-    Extension, Json,
-    extract::State,
-    http::header,
-    response::{IntoResponse as _, Response},
-};
-use planner::{
-    snapshot::{AUVS_MAX, REPORTS_MAX},
-    stop::Stop,
-};
+use axum::extract::State;
+use axum::http::header;
+use axum::response::{IntoResponse as _, Response};
+use axum::{Extension, Json};
+use planner::snapshot::{AUVS_MAX, REPORTS_MAX};
+use planner::stop::Stop;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::{
-    edge::{
-        arrival::Arrival,
-        body::BodyBytes,
-        problem::{Problem, ProblemDocument, Refusals},
-        request_id::RequestId,
-    },
-    limits::{BATCH_MAX, BODY_BYTES_MAX},
-    planning::{
-        admission::Work,
-        deadline::Deadline,
-        plan::{Context, ValidRequest, answer, written},
-        planners::{Planned, Planners},
-    },
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::body::BodyBytes;
+use crate::edge::problem::{Problem, ProblemDocument, Refusals};
+use crate::edge::request_id::RequestId;
+use crate::limits::{BATCH_MAX, BODY_BYTES_MAX};
+use crate::planning::admission::Work;
+use crate::planning::deadline::Deadline;
+use crate::planning::plan::{Context, ValidRequest, answer, written};
+use crate::planning::planners::{Planned, Planners};
 use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
 
 /// Snapshots to plan for, independently of each other.

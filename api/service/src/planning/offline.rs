@@ -11,16 +11,13 @@ use planner::{
     stop::Stop,
 };
 
-use crate::{
-    edge::{arrival::Arrival, problem::Problem},
-    limits::BODY_BYTES_MAX,
-    planning::{
-        deadline::Deadline,
-        plan::{ValidRequest, answer, check_fallback},
-        planners::Planned,
-        pool::Caller,
-    },
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::problem::Problem;
+use crate::limits::BODY_BYTES_MAX;
+use crate::planning::deadline::Deadline;
+use crate::planning::plan::{ValidRequest, answer, check_fallback};
+use crate::planning::planners::Planned;
+use crate::planning::pool::Caller;
 use wire::{PlanRequest, PlanResponse};
 
 /// No limit: a day.

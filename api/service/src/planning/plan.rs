@@ -2,11 +2,9 @@
 
 use std::sync::Arc;
 
-use axum::{
-    Extension, Json,
-    extract::State,
-    response::{IntoResponse as _, Response},
-};
+use axum::extract::State;
+use axum::response::{IntoResponse as _, Response};
+use axum::{Extension, Json};
 use planner::{
     explain::explain as explain_plan,
     los::LosLaw,
@@ -19,20 +17,14 @@ use serde_json::{Map, Value};
 use tracing::info_span;
 use utoipa::IntoParams;
 
-use crate::{
-    edge::{
-        arrival::Arrival,
-        body::BodyBytes,
-        problem::{Problem, Refusals},
-        query::ValidQuery,
-    },
-    metrics::PlanFor,
-    planning::{
-        admission::{Permit, Work},
-        deadline::Deadline,
-        planners::{Planned, Planners},
-    },
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::body::BodyBytes;
+use crate::edge::problem::{Problem, Refusals};
+use crate::edge::query::ValidQuery;
+use crate::metrics::PlanFor;
+use crate::planning::admission::{Permit, Work};
+use crate::planning::deadline::Deadline;
+use crate::planning::planners::{Planned, Planners};
 use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans};
 
 /// Plans: from a snapshot to speed and heading references.

@@ -5,12 +5,11 @@
 //! mission ────────────────► planning, at a higher priority than either pool
 //! ```
 
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
-};
+use std::sync::Arc;
+use std::time::Duration;
 
 use clock::Clock;
+use parking_lot::Mutex;
 use planner::{
     parameters::Parameters,
     plan::{Plan, Workspace, plan_until},
@@ -24,17 +23,14 @@ use tokio::sync::{
 };
 use tracing::{Instrument as _, Span, info_span};
 
-use crate::{
-    edge::{arrival::Arrival, problem::Problem},
-    limits::{IDLE_BYTES_MAX, SHORT_BYTES_MAX},
-    metrics::{Metrics, PlanFor, Shed},
-    planning::{
-        admission::{Admission, Permit, Work},
-        deadline::Deadline,
-        pool::{Caller, Job, Pool, Priority},
-    },
-    settings::{PlanFn, Settings},
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::problem::Problem;
+use crate::limits::{IDLE_BYTES_MAX, SHORT_BYTES_MAX};
+use crate::metrics::{Metrics, PlanFor, Shed};
+use crate::planning::admission::{Admission, Permit, Work};
+use crate::planning::deadline::Deadline;
+use crate::planning::pool::{Caller, Job, Pool, Priority};
+use crate::settings::{PlanFn, Settings};
 
 /// The planners, with their workspaces. Clones share them.
 #[derive(Clone, Debug)]
@@ -282,7 +278,7 @@ impl Planners {
     /// Does `work` in an idle workspace. The choice changes the time of a plan, never the answer.
     pub(crate) fn with_workspace<T>(&self, purpose: PlanFor, work: impl FnOnce(&mut Workspace) -> T) -> T {
         let idle = &self.idle[usize::from(purpose == PlanFor::Live)];
-        let idle = || idle.lock().unwrap_or_else(PoisonError::into_inner);
+        let idle = || idle.lock();
         // A panic drops the workspace.
         let mut workspace = idle().pop().unwrap_or_default();
         let done = work(&mut workspace);
@@ -333,7 +329,7 @@ mod tests {
         let held = [&planners.reading, &planners.planning].map(|pool| {
             let gate = Arc::clone(&gate);
             pool.run(Priority::Short, move |_| {
-                drop(gate.lock().map(|gate| gate.recv()));
+                let _ = gate.lock().recv();
             })
         });
         let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");

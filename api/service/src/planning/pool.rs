@@ -1,14 +1,12 @@
 //! Threads for the work of any client, at a lower priority than the threads that plan for missions.
 
-use std::{
-    array,
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Arc, Mutex, PoisonError, Weak},
-    thread,
-};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Weak};
+use std::{array, thread};
 
 use clock::Clock;
 use crossbeam_channel::{Receiver, Sender, select_biased, unbounded};
+use parking_lot::Mutex;
 use prometheus_client::metrics::gauge::Gauge;
 use tokio::sync::oneshot;
 use tracing::{Span, info_span};
@@ -166,7 +164,7 @@ impl Job {
     }
 
     fn take(&self) -> Option<Work> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.0.lock().take()
     }
 }
 

@@ -2,25 +2,22 @@
 
 use std::borrow::Cow;
 
-use axum::{
-    Extension,
-    extract::{Request, State},
-    response::Response,
-};
+use axum::Extension;
+use axum::extract::{Request, State};
+use axum::response::Response;
 use planner::path::{Leg, SEGMENTS_MAX};
 use route::{Place, Route, RoutePoint, Unread};
 use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
-use crate::{
-    edge::{
-        arrival::Arrival,
-        body::Bodies,
-        problem::{Problem, Refusals},
-        query::{ValidQuery, wrong_parameter},
-    },
-    planning::{admission::Work, deadline::Deadline, plan::written, planners::Planners},
-};
+use crate::edge::arrival::Arrival;
+use crate::edge::body::Bodies;
+use crate::edge::problem::{Problem, Refusals};
+use crate::edge::query::{ValidQuery, wrong_parameter};
+use crate::planning::admission::Work;
+use crate::planning::deadline::Deadline;
+use crate::planning::plan::written;
+use crate::planning::planners::Planners;
 use wire::{FieldError, Origin};
 
 /// A route of a file.

@@ -148,7 +148,6 @@ impl Kind {
     pub(crate) fn check(self, value: &Value) -> Result<(), String> {
         let fits = match self {
             Self::Text => value.as_str().is_some_and(|text| !text.is_empty()),
-            #[expect(clippy::cast_precision_loss, reason = "settings are small")]
             Self::Number(range) => value
                 .as_float()
                 .or_else(|| value.as_integer().map(|whole| whole as f64))

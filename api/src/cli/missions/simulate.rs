@@ -2,38 +2,28 @@
 
 use std::{error::Error, fmt::Write as _, path::PathBuf};
 
-use clap::{
-    Args,
-    builder::{PossibleValuesParser, TypedValueParser},
-};
-use lab::{
-    comparison::best_gains,
-    http_guide::{GuideUrl, HttpGuide},
-    report::{ReportedRun, report},
-    scores::lines,
-    stopwatch::Stopwatch,
-};
-use planner::{
-    los::{LawGains, LosGains, LosLaw, LosTuning},
-    parameters::Parameters,
-};
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use lab::comparison::best_gains;
+use lab::http_guide::{GuideUrl, HttpGuide};
+use lab::report::{ReportedRun, report};
+use lab::scores::lines;
+use lab::stopwatch::Stopwatch;
+use planner::los::{LawGains, LosGains, LosLaw, LosTuning};
+use planner::parameters::Parameters;
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission,
     record::Record,
 };
 
-use super::{
-    run::{RecordFile, RunArguments},
-    snapshots::{RecordedPlanner, write_snapshots},
-};
-use crate::cli::{
-    failure::because_of,
-    out_file::{OutFile, print},
-    progress::{bar, show},
-    scenarios::NameOrFile,
-    trial::trial,
-};
+use super::run::{RecordFile, RunArguments};
+use super::snapshots::{RecordedPlanner, write_snapshots};
+use crate::cli::failure::because_of;
+use crate::cli::out_file::{OutFile, print};
+use crate::cli::progress::{bar, show};
+use crate::cli::scenarios::NameOrFile;
+use crate::cli::trial::trial;
 
 #[derive(Debug, Args)]
 pub(crate) struct Simulate {

@@ -1,9 +1,7 @@
 //! The planner's snapshots in a mission, as requests to plan again, one for each line.
 
-use std::{
-    io::{self, Write as _},
-    time::Duration,
-};
+use std::io::{self, Write as _};
+use std::time::Duration;
 
 use planner::snapshot::Snapshot;
 use serde_json::Map;

@@ -9,24 +9,18 @@ use hyper_util::{
     rt::{TokioIo, TokioTimer},
     server::graceful::{GracefulShutdown, Watcher},
 };
-use rustix::{
-    net::sockopt,
-    process::{Resource, Rlimit, getrlimit, setrlimit},
+use rustix::net::sockopt;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use service::Connections as Count;
+use service::access::Peer;
+use service::limits::{
+    BACKLOG, CONNECTIONS_MAX, DRAIN_TIME, FILES_RESERVED, HEAD_BYTES_MAX, HEADER_TIME, REFUSAL_TIME,
+    REFUSALS_MAX, SEND_BUFFER, UNREAD_TIME,
 };
-use service::{
-    Connections as Count,
-    access::Peer,
-    limits::{
-        BACKLOG, CONNECTIONS_MAX, DRAIN_TIME, FILES_RESERVED, HEAD_BYTES_MAX, HEADER_TIME, REFUSAL_TIME,
-        REFUSALS_MAX, SEND_BUFFER, UNREAD_TIME,
-    },
-    slots::{ConnectionSlot, ConnectionSlots},
-};
-use tokio::{
-    io::{AsyncRead, AsyncWrite, AsyncWriteExt as _},
-    net::{TcpListener, TcpStream},
-    sync::Semaphore,
-};
+use service::slots::{ConnectionSlot, ConnectionSlots};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt as _};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
 use tower::ServiceExt as _;
 
 use super::tls::Tls;

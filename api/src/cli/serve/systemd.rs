@@ -1,13 +1,9 @@
 //! Notes to systemd (`sd_notify(3)`): the service listens, and its planners work.
 
-use std::{
-    env, io,
-    os::{
-        linux::net::SocketAddrExt as _,
-        unix::net::{SocketAddr, UnixDatagram},
-    },
-    time::Duration,
-};
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::time::Duration;
+use std::{env, io};
 
 /// The watchdog time of systemd and the function that sends a heartbeat; `None` without it.
 pub(super) fn heartbeat() -> Option<(Duration, fn())> {

@@ -1,12 +1,11 @@
 //! HTTPS: the certificate and its key.
 
-use std::{
-    error::Error,
-    io,
-    path::{Path, PathBuf},
-    sync::{Arc, PoisonError, RwLock},
-};
+use std::error::Error;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use parking_lot::RwLock;
 use tokio::net::TcpStream;
 use tokio_rustls::{
     TlsAcceptor,
@@ -47,7 +46,7 @@ impl Tls {
     pub(super) fn reload(&self) {
         match acceptor(&self.certificate, &self.key) {
             Ok(renewed) => {
-                *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = renewed;
+                *self.acceptor.write() = renewed;
                 tracing::info!(certificate = %self.certificate.display(), "the certificate was reloaded");
             }
             Err(error) => tracing::error!(%error, "cannot reload the certificate; the old one stays"),
@@ -55,11 +54,7 @@ impl Tls {
     }
 
     pub(super) async fn accept(&self, socket: TcpStream) -> io::Result<TlsStream<TcpStream>> {
-        let acceptor = self
-            .acceptor
-            .read()
-            .unwrap_or_else(PoisonError::into_inner)
-            .clone();
+        let acceptor = self.acceptor.read().clone();
         acceptor.accept(socket).await
     }
 }

@@ -2,20 +2,16 @@
 
 use std::collections::HashMap;
 
-use super::{
-    super::{
-        digest::{Head, Links},
-        entry::{Append, Appended},
-        error::StoreError,
-        known::Known,
-        locked::{Locked, decide},
-        rows::{Param, Rows as _},
-        shares::{Shares, Taken},
-        sql::{signed, without_nul},
-    },
-    columns::write,
-    link::Link,
-};
+use super::super::digest::{Head, Links};
+use super::super::entry::{Append, Appended};
+use super::super::error::StoreError;
+use super::super::known::Known;
+use super::super::locked::{Locked, decide};
+use super::super::rows::{Param, Rows as _};
+use super::super::shares::{Shares, Taken};
+use super::super::sql::{signed, without_nul};
+use super::columns::write;
+use super::link::Link;
 
 const ANSWERED: &str = "SELECT asked.place, request, answer
     FROM unnest(?1::bigint[], ?2::text[], ?3::text[]) AS asked(place, id, key)

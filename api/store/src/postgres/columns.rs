@@ -1,15 +1,11 @@
 //! The rows that a batch inserts and changes, as arrays: one statement per table for all appends.
 
-use super::{
-    super::{
-        digest::Links,
-        entry::Append,
-        error::StoreError,
-        shares::Shares,
-        sql::{signed, without_nul},
-    },
-    link::Link,
-};
+use super::super::digest::Links;
+use super::super::entry::Append;
+use super::super::error::StoreError;
+use super::super::shares::Shares;
+use super::super::sql::{signed, without_nul};
+use super::link::Link;
 
 /// The database refuses a stale epoch: then it changes fewer rows than there are appends.
 const CHANGE: &str = "UPDATE missions SET status = new.status, summary = new.summary, sequence = new.sequence,

@@ -1,20 +1,15 @@
 //! Renews a service's lease, and ends the leases of services that are gone.
 
-use std::{
-    collections::HashMap,
-    sync::{Mutex, MutexGuard, PoisonError, Weak},
-    time::Duration,
-};
+use std::collections::HashMap;
+use std::sync::Weak;
+use std::time::Duration;
 
 use clock::Clock;
+use parking_lot::{Mutex, MutexGuard};
 
-use super::{
-    super::{
-        error::StoreError,
-        ownership::{BEATS, Member},
-    },
-    link::{Database, Link},
-};
+use super::super::error::StoreError;
+use super::super::ownership::{BEATS, Member};
+use super::link::{Database, Link};
 
 /// The facts that a service's lease and its keeper share.
 #[derive(Debug)]
@@ -38,7 +33,7 @@ pub(super) struct State {
 
 impl Membership {
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+        self.state.lock()
     }
 }
 
@@ -70,7 +65,7 @@ impl Keeper {
         self.link = None;
         while let Some(shared) = shared.upgrade() {
             let beat = {
-                let _beating = shared.beating.lock().unwrap_or_else(PoisonError::into_inner);
+                let _beating = shared.beating.lock();
                 if shared.state().until.is_none() {
                     return;
                 }

@@ -5,23 +5,18 @@
 //! sees the beat of another unchanged for a whole lease deletes that row, which frees the missions.
 //! Each service measures by the running time of its own machine; clocks play no part.
 
-use std::{
-    sync::{Arc, Mutex, PoisonError},
-    time::Duration,
-};
+use std::sync::Arc;
+use std::time::Duration;
 
 use clock::Clock;
+use parking_lot::Mutex;
 
-use super::{
-    super::{
-        error::StoreError,
-        ownership::{Acquired, BEATS, Member, Owned, Turn},
-        rows::{MISSION, stored_mission},
-        sql::{new_id, without_nul},
-    },
-    keeper::{Keeper, Membership},
-    link::{Database, PATIENCE},
-};
+use super::super::error::StoreError;
+use super::super::ownership::{Acquired, BEATS, Member, Owned, Turn};
+use super::super::rows::{MISSION, stored_mission};
+use super::super::sql::{new_id, without_nul};
+use super::keeper::{Keeper, Membership};
+use super::link::{Database, PATIENCE};
 
 /// Most free missions taken at once, so that several services get some.
 const TAKEN_MAX: i64 = 128;
@@ -136,7 +131,7 @@ impl Lease {
     pub fn leave(&self) -> Result<(), StoreError> {
         const LEAVE: &str = "DELETE FROM services WHERE id = ?1";
         self.0.state().until = None;
-        let _no_beat = self.0.beating.lock().unwrap_or_else(PoisonError::into_inner);
+        let _no_beat = self.0.beating.lock();
         let database = self.0.database.owning()?;
         database.with(|link| link.execute(LEAVE, &[&self.0.id])).map(drop)
     }

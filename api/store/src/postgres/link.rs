@@ -1,37 +1,28 @@
 //! Connections to the database, and the waits for its answers.
 
-use std::{
-    borrow::Cow,
-    cell::RefCell,
-    collections::HashMap,
-    fmt,
-    pin::pin,
-    sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
-    time::Duration,
-};
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration;
 
 use futures_util::TryStreamExt as _;
+use parking_lot::{Condvar, Mutex, MutexGuard};
 use rusqlite::types::ValueRef::{self, Blob, Integer, Null, Real, Text};
-use tokio::{
-    runtime,
-    task::{AbortHandle, JoinSet},
-};
-use tokio_postgres::{
-    Client, Config, Error, Statement,
-    error::SqlState,
-    types::{ToSql, Type},
-};
+use tokio::runtime;
+use tokio::task::{AbortHandle, JoinSet};
+use tokio_postgres::error::SqlState;
+use tokio_postgres::types::{ToSql, Type};
+use tokio_postgres::{Client, Config, Error, Statement};
 
-use super::{
-    super::{
-        error::StoreError,
-        ownership::Trouble,
-        rows::{Param, Row, Rows},
-        sql::without_nul,
-    },
-    tls::Tls,
-    wait::{wait_for, wait_while},
-};
+use super::super::error::StoreError;
+use super::super::ownership::Trouble;
+use super::super::rows::{Param, Row, Rows};
+use super::super::sql::without_nul;
+use super::tls::Tls;
+use super::wait::{wait_for, wait_while};
 
 /// Longest wait for an answer of the database: a commit may wait for a standby.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(3);
@@ -86,7 +77,7 @@ impl fmt::Debug for Pool {
 
 impl Drop for Pool {
     fn drop(&mut self) {
-        lock(&self.spare).links.clear();
+        self.spare.lock().links.clear();
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();
         }
@@ -118,7 +109,7 @@ impl Database {
 
     /// Disturbs all connections from now on.
     pub(crate) fn trouble(&self, trouble: Option<Trouble>) {
-        *lock(&self.0.troubled) = trouble.map(|trouble| (trouble, 0));
+        *self.0.troubled.lock() = trouble.map(|trouble| (trouble, 0));
     }
 
     /// A new connection to a writable host.
@@ -129,7 +120,7 @@ impl Database {
     /// A new connection whose answers may take at most `patience`.
     pub(crate) fn connect_for(&self, patience: Duration) -> Result<Link, StoreError> {
         let pool = &*self.0;
-        if matches!(*lock(&pool.troubled), Some((Trouble::Cut, _))) {
+        if matches!(*pool.troubled.lock(), Some((Trouble::Cut, _))) {
             return Err(StoreError::silent());
         }
         let runtime = pool.runtime.as_ref().ok_or(StoreError::Closed)?;
@@ -179,12 +170,8 @@ impl Database {
     }
 
     fn spare(&self) -> MutexGuard<'_, Spare> {
-        lock(&self.0.spare)
+        self.0.spare.lock()
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Connects to the first writable host. All are tried at the same time: one of them may be silent.
@@ -250,7 +237,7 @@ impl Link {
 
     /// The part of the next statement that the trouble takes.
     fn lost(&self) -> Option<Lost> {
-        let mut troubled = lock(&self.troubled);
+        let mut troubled = self.troubled.lock();
         let (trouble, number) = troubled.as_mut()?;
         *number += 1;
         match *trouble {
@@ -280,7 +267,7 @@ impl Link {
 
     /// Executes a statement. Returns the number of changed rows.
     pub(crate) fn execute(&self, query: &str, params: &[&(dyn ToSql + Sync)]) -> Result<u64, StoreError> {
-        let trouble = *lock(&self.troubled);
+        let trouble = *self.troubled.lock();
         match trouble {
             Some((Trouble::Full, _)) if query.starts_with("INSERT") => return Err(self.end(StoreError::Full)),
             Some((Trouble::NoBeat, _)) if query.starts_with("UPDATE services") => {
@@ -447,7 +434,6 @@ impl From<Error> for StoreError {
     }
 }
 
-/// The error with its causes.
 fn with_causes(error: &Error) -> String {
     let mut text = error.to_string();
     let mut cause = std::error::Error::source(error);

@@ -1,21 +1,18 @@
 //! TLS to the database, by the library of the service's own TLS.
 
-use std::{
-    io,
-    pin::Pin,
-    sync::Arc,
-    task::{Context, Poll},
-};
+use std::io;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::task::{Context, Poll};
 
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio_postgres::{
     Socket,
     tls::{ChannelBinding, MakeTlsConnect, TlsConnect, TlsStream},
 };
-use tokio_rustls::{
-    TlsConnector, client,
-    rustls::{ClientConfig, pki_types::ServerName},
-};
+use tokio_rustls::rustls::ClientConfig;
+use tokio_rustls::rustls::pki_types::ServerName;
+use tokio_rustls::{TlsConnector, client};
 
 /// Makes connections with TLS, for sessions that want it.
 #[derive(Clone)]

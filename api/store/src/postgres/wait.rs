@@ -5,13 +5,13 @@
     reason = "answers come from a socket in real time: no simulated clock decides when"
 )]
 
-use std::{
-    pin::pin,
-    sync::{Arc, Condvar, MutexGuard, PoisonError},
-    task::{Context, Poll, Wake, Waker},
-    thread::{self, Thread},
-    time::{Duration, Instant},
-};
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Wake, Waker};
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, MutexGuard};
 
 struct Unpark(Thread);
 
@@ -45,12 +45,11 @@ pub(super) fn wait_for<F: Future>(future: F, limit: Duration) -> Option<F::Outpu
 /// Waits for `changed` until `condition` is false; none if it is still true after `limit`.
 pub(super) fn wait_while<'a, T>(
     changed: &Condvar,
-    guard: MutexGuard<'a, T>,
+    mut guard: MutexGuard<'a, T>,
     limit: Duration,
     condition: impl FnMut(&mut T) -> bool,
 ) -> Option<MutexGuard<'a, T>> {
-    let waited = changed.wait_timeout_while(guard, limit, condition);
-    let (guard, waited) = waited.unwrap_or_else(PoisonError::into_inner);
+    let waited = changed.wait_while_for(&mut guard, condition, limit);
     (!waited.timed_out()).then_some(guard)
 }
 

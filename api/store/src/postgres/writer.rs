@@ -1,25 +1,19 @@
 //! The writer thread of a database: waiting appends share a commit of a few statements.
 
-use std::{
-    collections::HashSet,
-    time::{Duration, Instant},
-};
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
 
-use super::{
-    super::{
-        command::{LogWriter, Waiting, reply_to_each, stored},
-        entry::{Append, Appended, AuditEntry, KeyedAnswer, StoredEvent},
-        error::StoreError,
-        known::Known,
-        metrics::StoreMetrics,
-        shares::{Shares, Taken},
-        sql::{DELETED, PROTECT, new_id, signed, without_nul},
-        trusted_time::{TrustedClock, TrustedTime},
-    },
-    batch::{Batch, end, number_in_order},
-    lease::Lease,
-    link::{Database, Link},
-};
+use super::super::command::{LogWriter, Waiting, reply_to_each, stored};
+use super::super::entry::{Append, Appended, AuditEntry, KeyedAnswer, StoredEvent};
+use super::super::error::StoreError;
+use super::super::known::Known;
+use super::super::metrics::StoreMetrics;
+use super::super::shares::{Shares, Taken};
+use super::super::sql::{DELETED, PROTECT, new_id, signed, without_nul};
+use super::super::trusted_time::{TrustedClock, TrustedTime};
+use super::batch::{Batch, end, number_in_order};
+use super::lease::Lease;
+use super::link::{Database, Link};
 
 /// Most appends in one commit: one for each mission that a service may have.
 const COMMIT_MAX: usize = 1_024;

@@ -1,19 +1,19 @@
 //! A mission to create.
 
-use planner::{
-    craft::CraftDescription,
-    los::{LawGains, LosLaw},
-    snapshot::{
-        Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Task, Tuning,
-    },
+use planner::craft::CraftDescription;
+use planner::los::{LawGains, LosLaw};
+use planner::snapshot::{
+    Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Task, Tuning,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::{DatumChange, Segment};
 
 /// A mission to create: either `simulated` or `live`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NewMission {
@@ -21,13 +21,10 @@ pub struct NewMission {
     #[schema(example = "1.0")]
     pub schema_version: String,
     /// Name for people, at most 200 bytes. Default: the scenario and the seed, or the first AUV.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
     /// Vehicles of the bundled simulator.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub simulated: Option<Simulated>,
     /// Real vehicles, whose fixes are posted as they arrive.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub live: Option<Live>,
     /// Any data of the client, returned with the mission. At most 4096 bytes.
     #[serde(default, skip_serializing_if = "Map::is_empty")]
@@ -49,15 +46,14 @@ impl NewMission {
 }
 
 /// A mission of the simulator: a `scenario` by name, or a complete `scenario_file`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Simulated {
     /// Name of a built-in scenario with a surface craft.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(example = "paper-intermittent")]
     pub scenario: Option<String>,
     /// Text of a scenario's TOML file, at most 64 KiB. It may not name other files.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario_file: Option<String>,
     /// Seed of the scenario's random numbers. Default: 1.
     #[serde(default = "one")]
@@ -67,10 +63,8 @@ pub struct Simulated {
     #[schema(required = false)]
     pub controller: Controller,
     /// The planner's levers, as in a snapshot. Laws do not use them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
     /// Gains of the law that `controller` names. Default: the service's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<LawGains>,
 }
 
@@ -114,6 +108,7 @@ fn one() -> u64 {
 }
 
 /// A mission of real vehicles. Its times are Unix times, s, except in a rehearsal.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Live {
@@ -122,13 +117,10 @@ pub struct Live {
     /// The goal.
     pub goal: Task,
     /// Current at the surface, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub current: Option<Current>,
     /// Limits of the surface craft, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<DeclaredLimits>,
     /// Closed-loop response of the surface craft, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub craft: Option<CraftDescription>,
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -137,13 +129,10 @@ pub struct Live {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub area: Vec<[f64; 2]>,
     /// Needs of the acoustic link, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acoustics: Option<Acoustics>,
     /// Horizontal distance to keep from surfacing vehicles, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub surfacing_separation_m: Option<f64>,
     /// The planner's levers, as in a snapshot.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tuning: Option<Tuning>,
     /// Forecast of the underwater vehicles, as in a snapshot.
     #[serde(default)]
@@ -160,7 +149,6 @@ pub struct Live {
     pub clock_rate: f64,
     /// Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in
     /// latitude and longitude, while the mission has no position in metres.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
 }
 
@@ -190,6 +178,7 @@ impl Live {
 }
 
 /// An underwater vehicle of a live mission.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LiveAuv {
@@ -197,9 +186,7 @@ pub struct LiveAuv {
     #[schema(example = "auv-1")]
     pub id: String,
     /// Its path, if known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub path: Option<DeclaredPath>,
     /// The sawtooth in which it dives, if known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }

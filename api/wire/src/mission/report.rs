@@ -6,22 +6,22 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::snapshot::{Asc, Current, Origin, Report};
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::FieldError;
 
 /// Reports in any order, also late or repeated. Each is accepted or rejected by itself.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reports {
     /// Place of the datum, if the first of these fixes has set it. Written by the service.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
     /// The first fault of each rejected report, at its place in the body. Written by the service.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rejected: Vec<FieldError>,
     /// Unix time at which the surface craft received them, s. Default: that of the service.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub received_s: Option<f64>,
     /// Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

@@ -2,49 +2,41 @@
 
 use std::collections::BTreeMap;
 
-use planner::{
-    los::LawGains,
-    snapshot::{KeepOut, Origin, Task},
-};
+use planner::los::LawGains;
+use planner::snapshot::{KeepOut, Origin, Task};
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::new::Controller;
 
 /// Map objects beside the vehicles, and the controller's information, as of the mission's creation.
 /// Later changes are in its `setting`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Scene {
     /// Duration of a simulated mission, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Start of the settled scores, such as `settled_rms_m`, s since a simulated mission's start.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settled_after_s: Option<f64>,
     /// Time between two plans, s.
     pub period_s: f64,
     /// Seconds of a live mission's clock per second.
     pub clock_rate: f64,
     /// Name of the scenario, if it has one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenario: Option<String>,
     /// The seed of a simulated mission.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
     /// Controller of a simulated mission.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub controller: Option<Controller>,
     /// Gains of a simulated mission's law.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gains: Option<LawGains>,
     /// Faults of a simulated mission, in the order of their starts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<SceneFault>,
     /// The controller's information, in words.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub information: Option<String>,
     /// The goal of a simulated mission; that of a live one is in its setting.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub goal: Option<Task>,
     /// The underwater vehicles.
     pub auvs: Vec<String>,
@@ -53,12 +45,10 @@ pub struct Scene {
     /// Corners (north, east) of the area to stay in, m.
     pub area: Vec<[f64; 2]>,
     /// Slant range to keep within, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_max_m: Option<f64>,
     /// Points (north, east) of the known paths of underwater vehicles, m.
     pub paths: BTreeMap<String, Vec<[f64; 2]>>,
     /// Place of the datum on Earth, if known.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<Origin>,
 }
 

@@ -2,11 +2,10 @@
 
 use std::{collections::BTreeMap, mem};
 
-use planner::{
-    craft::CraftDescription,
-    snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning},
-};
+use planner::craft::CraftDescription;
+use planner::snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use super::new::Live;
@@ -15,43 +14,39 @@ use super::new::Live;
 ///
 /// In a patch, a given member replaces the previous one as a whole, without merging. `null` removes
 /// it. Members that are left out stay. At least one is given.
+#[skip_serializing_none]
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Setting {
     /// The goal. `null` is refused: every mission has one.
     #[serde(default, deserialize_with = "required")]
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Task, required = false)]
     pub goal: Option<Task>,
     /// The operator's limits of the surface craft. Without `craft`, they also describe the craft.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<DeclaredLimits>)]
     pub limits: Option<Option<DeclaredLimits>>,
     /// Closed-loop response of the surface craft. After a change, learning starts anew.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<CraftDescription>)]
     pub craft: Option<Option<CraftDescription>>,
     /// The planner's levers.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Tuning>)]
     pub tuning: Option<Option<Tuning>>,
     /// Discs to keep out of.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
+    #[serde(serialize_with = "null_if_empty")]
     #[schema(value_type = Option<Vec<KeepOut>>)]
     pub keep_outs: Option<Vec<KeepOut>>,
     /// Corners of the area to stay in.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(serialize_with = "null_if_empty", skip_serializing_if = "Option::is_none")]
+    #[serde(serialize_with = "null_if_empty")]
     #[schema(value_type = Option<Vec<[f64; 2]>>)]
     pub area: Option<Vec<[f64; 2]>>,
     /// Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A
     /// mission shows its `origin` beside its setting.
     #[serde(default, deserialize_with = "removable")]
-    #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Origin, required = false)]
     pub origin: Option<Option<Origin>>,
     /// Paths of AUVs by name. Each replaces the AUV's path as a whole; `null` removes it. Other

@@ -5,17 +5,13 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 use serde_json::json;
 
-use crate::facts::{
-    angle::{direction, wrap},
-    field_error::FieldError,
-    path::{
-        curve::{Path, Side},
-        limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, require_count, require_straight},
-        piece::Piece,
-        segment::Segment,
-        waypoints::Overshot,
-    },
-};
+use crate::facts::angle::{direction, wrap};
+use crate::facts::field_error::FieldError;
+use crate::facts::path::curve::{Path, Side};
+use crate::facts::path::limits::{GAP_MAX, InvalidPath, SEGMENTS_MAX, require_count, require_straight};
+use crate::facts::path::piece::Piece;
+use crate::facts::path::segment::Segment;
+use crate::facts::path::waypoints::Overshot;
 
 impl Path {
     /// A path of joined segments: each begins where the previous one ends, in the same direction,
@@ -74,8 +70,7 @@ impl Path {
         Self::from_segments(&[waypoints], closed)
     }
 
-    /// A circle of `radius` metres to `side` around `centre`, from the `bearing`, rad, of its
-    /// start.
+    /// A circle of `radius` metres to `side` around `centre`, which starts at `bearing`, rad.
     ///
     /// Fails as [`Path::from_segments`].
     pub fn circle(centre: Vector2<f64>, radius: f64, side: Side, bearing: f64) -> Result<Self, InvalidPath> {

@@ -4,14 +4,10 @@ use std::ops::Range;
 
 use nalgebra::Vector2;
 
-use crate::facts::{
-    angle::direction,
-    path::{
-        curve::{BLOCK, Path},
-        limits::{GAP_MAX, KINK_MAX},
-        piece::{PathPoint, Piece},
-    },
-};
+use crate::facts::angle::direction;
+use crate::facts::path::curve::{BLOCK, Path};
+use crate::facts::path::limits::{GAP_MAX, KINK_MAX};
+use crate::facts::path::piece::{PathPoint, Piece};
 
 /// Most blocks of pieces that are searched for feet.
 const BLOCKS_LOOKED_AT: usize = 64;

@@ -6,13 +6,9 @@ use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::facts::{
-    angle::{direction, wrap},
-    path::{
-        piece::{Leg, PathPoint, Piece, starboard},
-        segment::Segment,
-    },
-};
+use crate::facts::angle::{direction, wrap};
+use crate::facts::path::piece::{Leg, PathPoint, Piece, starboard};
+use crate::facts::path::segment::Segment;
 
 /// A path with a continuous tangent.
 ///

@@ -5,19 +5,19 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::angle::{angle_of, direction, sinc};
 
 /// A vehicle's motion on a leg, to the end of the turn at its last point.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
     /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
     /// Depth, m, positive down, to 12000. Default: unchanged. A `dive` overrides it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
 }
 
@@ -49,7 +49,6 @@ pub(crate) struct Piece {
     pub(crate) curvature: f64,
     /// Its length, m.
     pub(crate) length: f64,
-    /// Its leg.
     pub(crate) leg: Leg,
 }
 

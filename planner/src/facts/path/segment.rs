@@ -4,19 +4,14 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
 
-use crate::facts::{
-    angle::angle_of,
-    field_error::FieldError,
-    path::{
-        limits::{
-            ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, one_place, require_point,
-            require_within,
-        },
-        piece::{Leg, Piece},
-        waypoints::{Corners, Overshot, legs},
-    },
-    tagged::{read_tagged, tagged},
+use crate::facts::angle::angle_of;
+use crate::facts::field_error::FieldError;
+use crate::facts::path::limits::{
+    ARC_ANGLE_MAX, InvalidPath, LENGTH_MAX, LENGTH_MIN, TURN_RADIUS, one_place, require_point, require_within,
 };
+use crate::facts::path::piece::{Leg, Piece};
+use crate::facts::path::waypoints::{Corners, Overshot, legs};
+use crate::facts::tagged::{read_tagged, tagged};
 
 tagged! {
     /// A segment of a path. `kind` determines the other members. Points are (north, east), m.

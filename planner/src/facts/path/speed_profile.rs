@@ -1,9 +1,7 @@
 //! Speed along a path.
 
-use crate::facts::{
-    field_error::FieldError,
-    path::limits::{InvalidPath, LENGTH_MAX, require_count, require_within},
-};
+use crate::facts::field_error::FieldError;
+use crate::facts::path::limits::{InvalidPath, LENGTH_MAX, require_count, require_within};
 
 /// Fastest speed along a path, m/s: that of the fastest AUV that a snapshot accepts.
 const SPEED_MAX: f64 = 10.0;

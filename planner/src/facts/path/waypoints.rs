@@ -9,18 +9,14 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use nalgebra::Vector2;
 use serde_json::json;
 
-use crate::facts::{
-    angle::{angle_of, direction, wrap},
-    field_error::FieldError,
-    path::{
-        limits::{
-            InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, one_place, require_count,
-            require_point, require_straight, require_within,
-        },
-        piece::{Leg, Piece},
-    },
-    ranges::LEG,
+use crate::facts::angle::{angle_of, direction, wrap};
+use crate::facts::field_error::FieldError;
+use crate::facts::path::limits::{
+    InvalidPath, KINK_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX, one_place, require_count, require_point,
+    require_straight, require_within,
 };
+use crate::facts::path::piece::{Leg, Piece};
+use crate::facts::ranges::LEG;
 
 /// Shorter pieces between or inside fillets are rounding, m.
 const LENGTH_OF_ROUNDING: f64 = 1e-9;

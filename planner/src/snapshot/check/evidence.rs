@@ -3,15 +3,11 @@
 use nalgebra::Matrix4;
 use serde_json::json;
 
-use crate::{
-    facts::{
-        auv::Auv,
-        evidence::{AuvState, Report},
-        field_error::FieldError,
-        ranges::{AUV_STATE, COVARIANCE, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY},
-    },
-    snapshot::check::Check,
-};
+use crate::facts::auv::Auv;
+use crate::facts::evidence::{AuvState, Report};
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{AUV_STATE, COVARIANCE, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY};
+use crate::snapshot::check::Check;
 
 /// Tolerance for a negative eigenvalue through rounding, relative to the largest element.
 const COVARIANCE_ROUNDING: f64 = 1.0e-9;

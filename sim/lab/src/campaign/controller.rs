@@ -1,12 +1,10 @@
 //! A controller of a campaign: its control law, its knowledge, and its variation.
 
-use planner::{
-    craft::{CraftDescription, CraftEstimate},
-    los::{LosLaw, LosTuning},
-    parameters::Parameters,
-    snapshot::{Forecast, ForecastModel, Goal, Limits, Offset, PlanRequest, Snapshot, Tuning},
-    tuned::Tuned,
-};
+use planner::craft::{CraftDescription, CraftEstimate};
+use planner::los::{LosLaw, LosTuning};
+use planner::parameters::Parameters;
+use planner::snapshot::{Forecast, ForecastModel, Goal, Limits, Offset, PlanRequest, Snapshot, Tuning};
+use planner::tuned::Tuned;
 use sim::{
     guide::{Guidance, Guide, GuideError, LosGuide, MpcGuide},
     scenario::{Scenario, Start},

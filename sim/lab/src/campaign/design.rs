@@ -7,10 +7,8 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 use sim::scenario::{InvalidScenario, Scenario};
 
-use super::{
-    controller::{ControlLaw, Controller},
-    file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX},
-};
+use super::controller::{ControlLaw, Controller};
+use super::file::{CampaignError, CampaignFile, CraftEntry, Objective, SEED_MAX};
 
 mod case;
 mod scenario_files;

@@ -8,22 +8,18 @@
 //! ```
 //! A killed process loses only the chunks under way.
 
-use std::{
-    fmt, fs,
-    fs::File,
-    io::{self, Write as _},
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::fs::File;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::{fmt, fs};
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    design::{Campaign, Chunk, ScenarioFiles},
-    file::CampaignError,
-    rows::{Rows, RowsError, SCHEMA_VERSION},
-    tune::Tuned,
-};
+use super::design::{Campaign, Chunk, ScenarioFiles};
+use super::file::CampaignError;
+use super::rows::{Rows, RowsError, SCHEMA_VERSION};
+use super::tune::Tuned;
 use crate::http_guide::NoGuidance;
 
 const MANIFEST: &str = "campaign.json";
@@ -138,24 +134,19 @@ pub struct Directory {
 }
 
 /// A directory cannot be used.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum DirectoryError {
-    /// It cannot be read or written.
     #[error("cannot use {0}")]
     Io(String, #[source] io::Error),
-    /// It holds no campaign.
     #[error("{0} holds no campaign: it has no readable campaign.json")]
     NotOne(String),
-    /// It holds another campaign, or the shards do not make a whole.
     #[error("{0}")]
     Other(String),
-    /// A table is damaged.
     #[error("{0} is damaged: delete it, and run the campaign again")]
     Damaged(String, #[source] RowsError),
-    /// A law outside of this program is away, so that rows are missing.
     #[error("{0}. The campaign keeps what was flown: then run it again to continue")]
     Guide(#[from] NoGuidance),
-    /// Rows are missing.
     #[error("the campaign in {0} is not finished: run it again to continue")]
     Unfinished(String),
 }

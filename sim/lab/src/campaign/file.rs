@@ -8,10 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
-use super::{
-    controller::{Controller, ControllerFile},
-    score::Score,
-};
+use super::controller::{Controller, ControllerFile};
+use super::score::Score;
 
 mod check;
 mod controllers;
@@ -241,15 +239,13 @@ impl Default for ReportFile {
 }
 
 /// A campaign cannot be read.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum CampaignError {
-    /// The file cannot be read.
     #[error("cannot read {0}")]
     Unreadable(String, #[source] io::Error),
-    /// A member of the file is wrong: the file, the line from 1 on, the member, value and limit.
     #[error("{0}:{1}: {2}: {3}")]
     Invalid(String, usize, String, String),
-    /// A scenario file is wrong.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
 }

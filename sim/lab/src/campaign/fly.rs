@@ -2,24 +2,18 @@
 
 use std::time::Instant;
 
-use planner::{
-    los::LosLaw,
-    snapshot::{Goal, Snapshot},
-};
-use sim::{
-    guide::{Guide, GuideError},
-    mission::Mission,
-    record::Record,
-};
+use planner::los::LosLaw;
+use planner::snapshot::{Goal, Snapshot};
+use sim::guide::{Guide, GuideError};
+use sim::mission::Mission;
+use sim::record::Record;
 
-use super::{
-    controller::Controller,
-    design::{Campaign, Condition, Run},
-    grid::{Setting, grid, tuned},
-    learnt::CraftLearning,
-    rows::{LEARNT, MORE, Row, Rows},
-    score::{SCORES, Score, steps_above},
-};
+use super::controller::Controller;
+use super::design::{Campaign, Condition, Run};
+use super::grid::{Setting, grid, tuned};
+use super::learnt::CraftLearning;
+use super::rows::{LEARNT, MORE, Row, Rows};
+use super::score::{SCORES, Score, steps_above};
 use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
 /// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.
@@ -43,8 +37,7 @@ pub(super) fn fly(
     Ok(flown.expect("nothing stops it"))
 }
 
-/// The same while `goes_on` is `true` after each tick, which had that snapshot; `None` if it stopped
-/// the mission.
+/// The same while `goes_on` is `true` after each tick, which had that snapshot; `None` if stopped.
 pub(crate) fn fly_while(
     campaign: &Campaign,
     condition: Condition,
@@ -155,7 +148,6 @@ fn row(
     }
     let [too_fast_steps, alarms, alarm_s, noticed] = MORE;
     row.number(too_fast_steps, too_fast);
-    #[expect(clippy::cast_precision_loss, reason = "an alarm a second at most")]
     row.number(alarms, learnt.map(|learnt| learnt.alarms_at_s.len() as f64));
     row.number(alarm_s, learnt.map(|learnt| learnt.alarm_s));
     let broken = learnt.zip(controller.breaks_at());

@@ -1,9 +1,7 @@
 //! The tried gains of line-of-sight laws: the planner is compared with strong laws.
 
-use planner::{
-    los::{LawGains, LosGains, LosLaw, LosTuning},
-    parameters::Parameters,
-};
+use planner::los::{LawGains, LosGains, LosLaw, LosTuning};
+use planner::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// Look-ahead distances tried, m.

@@ -1,13 +1,9 @@
 //! Jobs on several threads, with answers in the order of the jobs.
 
-use std::{
-    num::NonZeroUsize,
-    sync::{
-        Mutex,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
-    },
-    thread,
-};
+use std::num::NonZeroUsize;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
 
 /// The answers of `jobs` in order, or the error of the first failed job in order. After a failure
 /// no further job starts. `done` follows each job, one thread at a time.

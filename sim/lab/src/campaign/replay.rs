@@ -3,13 +3,11 @@
 use planner::los::LawGains;
 use sim::{guide::GuideError, record::Record};
 
-use super::{
-    controller::ControlLaw,
-    design::{Campaign, Run},
-    fly::{RunGains, bound, fly, result},
-    grid::Setting,
-    rows::Rows,
-};
+use super::controller::ControlLaw;
+use super::design::{Campaign, Run};
+use super::fly::{RunGains, bound, fly, result};
+use super::grid::Setting;
+use super::rows::Rows;
 
 /// A replayed run.
 #[derive(Clone, Debug)]

@@ -1,10 +1,8 @@
 //! Results, a row for each run, written to Parquet and read back.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    io::Write,
-    sync::Arc,
-};
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::sync::Arc;
 
 use bytes::Bytes;
 use parquet::{
@@ -12,11 +10,9 @@ use parquet::{
     file::reader::{FileReader as _, SerializedFileReader},
     record::Field,
 };
-use record::{
-    ExportError,
-    parquet::write_table,
-    table::{self, Kind},
-};
+use record::ExportError;
+use record::parquet::write_table;
+use record::table::{self, Kind};
 
 /// Version of the table's columns.
 pub const SCHEMA_VERSION: &str = "3";
@@ -84,7 +80,6 @@ impl Row {
         self.0.push((name.to_owned(), Cell::Number(number)));
     }
 
-    #[expect(clippy::cast_precision_loss, reason = "runs and seeds are below 2⁵³")]
     pub(super) fn count(&mut self, name: &str, count: u64) {
         self.number(name, Some(count as f64));
     }
@@ -110,11 +105,7 @@ impl Rows {
         }
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "numbers of runs, from 0 to 2⁵³"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "numbers of runs, from 0 to 2⁵³")]
     fn insert(&mut self, cells: Vec<Cell>) {
         if let Some(Cell::Number(Some(run))) = cells.first() {
             self.rows.insert(*run as u64, cells);

@@ -2,15 +2,13 @@
 
 use std::num::NonZeroUsize;
 
-use super::{
-    design::{Campaign, Chunk},
-    directory::{Directory, DirectoryError},
-    fly::no_rows,
-    queue::in_parallel,
-    rows::Rows,
-    tune::{Gains, Tuned, tune, tuned_in},
-    work::{Work, flown},
-};
+use super::design::{Campaign, Chunk};
+use super::directory::{Directory, DirectoryError};
+use super::fly::no_rows;
+use super::queue::in_parallel;
+use super::rows::Rows;
+use super::tune::{Gains, Tuned, tune, tuned_in};
+use super::work::{Work, flown};
 
 /// Progress of a campaign.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

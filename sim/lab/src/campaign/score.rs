@@ -2,10 +2,8 @@
 
 use planner::{angle::wrap, los::Reference};
 
-use sim::{
-    metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations},
-    record::{Record, SurfaceCraftRow},
-};
+use sim::metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations};
+use sim::record::{Record, SurfaceCraftRow};
 
 /// Distance to the goal that counts as near, m: a short look-ahead distance.
 pub(super) const NEAR: f64 = 3.0;
@@ -37,10 +35,6 @@ pub(super) struct Score {
 impl Score {
     pub(super) fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
-        #[expect(
-            clippy::cast_precision_loss,
-            reason = "a mission has thousands of rows, not 2⁵³"
-        )]
         let n_rows = record.surface_craft_rows().count() as f64;
         let settled = record.settled_rows();
         let settled = settled.filter_map(|row| Some(row.surface_craft.as_ref()?.reference));
@@ -74,10 +68,6 @@ pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
     let step = rate * record.interval;
     let is_above = |pair: &&[f64]| step < wrap(pair[1] - pair[0]).abs();
     let above = headings.windows(2).filter(is_above);
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "a mission has thousands of rows, not 2⁵³"
-    )]
     (above.count() as f64, headings.len() as f64)
 }
 
@@ -94,7 +84,6 @@ impl Score {
 }
 
 #[expect(
-    clippy::cast_precision_loss,
     clippy::unnecessary_wraps,
     reason = "thousands of episodes and ticks, not 2⁵³; a column may have no value"
 )]

@@ -70,7 +70,6 @@ fn ratio(values: &BTreeMap<RowKey<'_>, f64>, controller: &str, reference: &str) 
         let (sum, n) = groups.entry(group).or_default();
         (*sum, *n) = (*sum + logarithm, *n + 1.0);
     }
-    #[expect(clippy::cast_precision_loss, reason = "thousands of groups")]
     let n_groups = groups.len() as f64;
     let sum: f64 = groups.values().map(|(sum, n)| sum / n).sum();
     (!groups.is_empty()).then(|| (sum / n_groups).exp())

@@ -12,17 +12,15 @@ use sim::{
     scenario::Scenario,
 };
 
+use super::design::{Chunk, Condition};
+use super::file::Objective;
+use super::fly::fly;
+use super::grid::Setting;
+use super::rows::{LEARNT, Rows};
+use super::score::Score;
+use super::tune::tune;
 use super::{
-    Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard,
-    design::{Chunk, Condition},
-    file::Objective,
-    fly::fly,
-    grid::Setting,
-    replay,
-    rows::{LEARNT, Rows},
-    run,
-    score::Score,
-    tune::tune,
+    Campaign, CampaignError, Directory, DirectoryError, Manifest, ScenarioFiles, Shard, replay, run,
 };
 
 /// Two scenarios, two craft, three controllers, a drawn parameter, two objectives; a minute each.
@@ -341,11 +339,7 @@ mod slow {
 
         let runs = rows.numbers("run").expect("a column");
         for i in [0, 1, rows.len() / 2, rows.len() - 1] {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a run's number"
-            )]
+            #[expect(clippy::cast_possible_truncation, reason = "a run's number")]
             let number = runs[i].expect("numbered") as u64;
             let again = replay(campaign, rows, number).expect("flies");
             assert!(again.same, "run {number}");

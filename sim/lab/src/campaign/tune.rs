@@ -107,7 +107,6 @@ fn means(
     let controller = &campaign.controllers[controller];
     let objectives = campaign.objectives();
     let conditions: Vec<Condition> = campaign.tuning_conditions(case).collect();
-    #[expect(clippy::cast_precision_loss, reason = "a million at most")]
     let n_conditions = conditions.len() as f64;
     let mut sums = vec![0.0; objectives.len()];
     for condition in conditions {

@@ -7,14 +7,12 @@ use std::num::NonZeroUsize;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    design::{Campaign, Chunk, Run},
-    directory::{Directory, DirectoryError, Manifest},
-    fly::{RunGains, bound, no_rows, result},
-    queue::in_parallel,
-    rows::{Row, Rows},
-    tune::{Gains, Tuned, tune, tuned_in},
-};
+use super::design::{Campaign, Chunk, Run};
+use super::directory::{Directory, DirectoryError, Manifest};
+use super::fly::{RunGains, bound, no_rows, result};
+use super::queue::in_parallel;
+use super::rows::{Row, Rows};
+use super::tune::{Gains, Tuned, tune, tuned_in};
 use crate::http_guide::NoGuidance;
 
 /// A piece of work.
@@ -36,18 +34,15 @@ pub enum Work {
 }
 
 /// A piece of work cannot be done.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum WorkError {
-    /// The work belongs to another campaign.
     #[error("the campaign has no {0:?}")]
     NotOfCampaign(Work),
-    /// The gains of a chunk are missing.
     #[error("gains of the chunk's laws are missing or damaged")]
     NoGains,
-    /// A law outside of this program is away.
     #[error(transparent)]
     Guide(#[from] NoGuidance),
-    /// The result cannot be written.
     #[error("rows cannot be written")]
     Rows(#[from] record::ExportError),
 }

@@ -38,7 +38,7 @@ fn mean_square(pursuit: &Pursuit, positions: &[Vector2<f64>]) -> f64 {
         .iter()
         .zip(&pursuit.goal)
         .map(|(p, r)| (p - r).norm_squared());
-    squares.sum::<f64>() / count(positions.len())
+    squares.sum::<f64>() / positions.len() as f64
 }
 
 /// `positions`, moved within the limits to the last bit, tick by tick; in steady current only.

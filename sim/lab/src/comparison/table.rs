@@ -65,7 +65,6 @@ impl Comparison {
 /// The share of the approach in the mission's sum of squared distances.
 fn approach_share(controller: &Controller) -> f64 {
     let (rows, metrics) = (&controller.record.rows, &controller.scores.metrics);
-    #[expect(clippy::cast_precision_loss, reason = "thousands")]
     let settled = controller.record.settled_rows().count() as f64 / rows.len() as f64;
     1.0 - settled * (metrics.settled_rms_m / metrics.rms_m).powi(2)
 }

@@ -1,21 +1,14 @@
 //! Laws behind a small HTTP server of the test's own.
 
-use std::{
-    io::{BufRead as _, BufReader, Read as _, Write as _},
-    net::{TcpListener, TcpStream},
-    num::NonZeroUsize,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
-        mpsc,
-    },
-    thread,
-};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{TcpListener, TcpStream};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, mpsc};
+use std::thread;
 
-use planner::{
-    parameters::Parameters,
-    plan::{Workspace, plan},
-};
+use planner::parameters::Parameters;
+use planner::plan::{Workspace, plan};
 use serde_json::json;
 use sim::{guide::MpcGuide, mission::run, record::Record, scenario::Scenario};
 use tempfile::TempDir;

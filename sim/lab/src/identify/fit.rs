@@ -171,7 +171,6 @@ pub(super) fn estimates(
 /// Autocovariance of `residuals` from lag 0 to the first that is lost in noise.
 fn autocovariance(residuals: &[f64], n_parameters: usize) -> Vec<f64> {
     let n = residuals.len();
-    #[expect(clippy::cast_precision_loss, reason = "hundreds of thousands at most")]
     let (count, freedom) = (n as f64, n.saturating_sub(n_parameters).max(1) as f64);
     let at = |lag: usize| -> f64 {
         let products = residuals.iter().zip(&residuals[lag..]).map(|(a, b)| a * b);
@@ -201,7 +200,6 @@ fn convolved(column: &[f64], covariance: &[f64]) -> Vec<f64> {
 /// Effective number of independent samples in `residuals`.
 fn effective_count(residuals: &[f64]) -> f64 {
     let covariance = autocovariance(residuals, 0);
-    #[expect(clippy::cast_precision_loss, reason = "hundreds of thousands at most")]
     let count = residuals.len() as f64;
     let correlated: f64 = covariance[1..].iter().sum();
     if covariance[0] <= 0.0 {

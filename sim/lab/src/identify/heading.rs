@@ -3,12 +3,10 @@
 use nalgebra::Vector2;
 use planner::angle::{direction, wrap};
 
-use super::{
-    fit::{self, Estimate, Fitted, advantage, least_squares, nearest},
-    log::{Log, LogRow},
-    parameter::{Parameter, Quantity, positive, signed, time_constant},
-    reference::HeldReference,
-};
+use super::fit::{self, Estimate, Fitted, advantage, least_squares, nearest};
+use super::log::{Log, LogRow};
+use super::parameter::{Parameter, Quantity, positive, signed, time_constant};
+use super::reference::HeldReference;
 
 /// Longest step of the simulation, s.
 const STEP_MAX: f64 = 0.1;

@@ -145,7 +145,6 @@ fn reject_degrees(rows: &[LogRow]) -> Result<(), InvalidLog> {
     })
 }
 
-#[expect(clippy::cast_precision_loss, reason = "a log has at most 200,000 rows")]
 fn spread_equal_times(rows: &mut [LogRow]) {
     let (mut first, mut spacing) = (0, 0.0);
     while let Some(time) = rows.get(first).map(|row| row.time) {

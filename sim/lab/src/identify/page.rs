@@ -2,10 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{
-    Identification,
-    parameter::{Parameter, Quantity},
-};
+use super::Identification;
+use super::parameter::{Parameter, Quantity};
 
 /// Colours for colour-blind readers. Source: M. Okabe, K. Ito, "Color Universal Design", 2008.
 const MEASURED: &str = "#0072B2";

@@ -1,11 +1,9 @@
 //! Propulsion power at steady speeds.
 
-use super::{
-    fit::{self, Estimate, QUANTILE, least_squares},
-    heading::{Motion, begin},
-    log::Log,
-    parameter::{Parameter, Quantity, RELATIVE_WIDTH_MAX},
-};
+use super::fit::{self, Estimate, QUANTILE, least_squares};
+use super::heading::{Motion, begin};
+use super::log::Log;
+use super::parameter::{Parameter, Quantity, RELATIVE_WIDTH_MAX};
 
 /// Below this speed a propeller's losses dominate, m/s.
 const SPEED_MIN: f64 = 0.1;

@@ -4,13 +4,11 @@ use nalgebra::Vector2;
 use planner::{angle::direction, craft::SpeedReference};
 use sim::metrics::{mean, rms};
 
-use super::{
-    fit::{self, Channels, Estimate, Fitted, least_squares, nearest},
-    heading::{Motion, SHORTEST, Water, approached, begin},
-    log::{Log, LogRow},
-    parameter::{Parameter, Quantity, SLOW_INTEGRAL_TIME, positive, signed, time_constant},
-    reference::HeldReference,
-};
+use super::fit::{self, Channels, Estimate, Fitted, least_squares, nearest};
+use super::heading::{Motion, SHORTEST, Water, approached, begin};
+use super::log::{Log, LogRow};
+use super::parameter::{Parameter, Quantity, SLOW_INTEGRAL_TIME, positive, signed, time_constant};
+use super::reference::HeldReference;
 
 /// Longest step of the simulation, s.
 const STEP_MAX: f64 = 0.2;

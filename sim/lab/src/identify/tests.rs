@@ -57,11 +57,7 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
     let (mut u, mut bias) = (trial.reference(0.0).0, 0.0);
     let (mut heading_error, mut log_error) = (0.0, 0.0);
     let mut rows = Vec::new();
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a positive count"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a positive count")]
     let n_rows = (trial.duration() / ROW) as u32;
     let references: Vec<_> = (0..n_rows)
         .map(|row| trial.reference(f64::from(row) * ROW))
@@ -69,11 +65,7 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
     for k in 0..n_rows * STEPS_PER_ROW {
         let time = f64::from(k) * STEP;
         // References change from row to row, as they do in a log.
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "before the first row, the first"
-        )]
+        #[expect(clippy::cast_possible_truncation, reason = "before the first row, the first")]
         let held = |delay: f64| references[((time - delay) / ROW + 1e-9).max(0.0) as usize];
         let v = -craft.sway_per_yaw_rate * u * rate;
         let bow = direction(psi);
@@ -255,9 +247,7 @@ fn share_covered(n_logs: u64, colour: f64) -> f64 {
     assert_eq!([wrong, more_wrong].concat(), Vec::<String>::new());
     let (hits, count) = (hits + more_hits, count + more);
     println!("{hits} of {count} intervals hold the truth");
-    #[expect(clippy::cast_precision_loss, reason = "hundreds")]
-    let share = hits as f64 / count as f64;
-    share
+    hits as f64 / count as f64
 }
 
 mod slow {

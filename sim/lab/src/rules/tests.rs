@@ -2,12 +2,10 @@
 
 use std::{cell::RefCell, collections::BTreeSet, rc::Rc};
 
-use planner::{
-    angle::{Course, Heading},
-    los::Reference,
-    plan::Method,
-    snapshot::{Asc, Auv, AuvState},
-};
+use planner::angle::{Course, Heading};
+use planner::los::Reference;
+use planner::plan::Method;
+use planner::snapshot::{Asc, Auv, AuvState};
 
 use super::*;
 

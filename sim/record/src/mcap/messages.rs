@@ -25,8 +25,6 @@ impl Time {
     /// Rounded to the nearest nanosecond; 0 before the start.
     #[expect(
         clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
         reason = "missions last days, not the 584 years that fit, and the cast saturates"
     )]
     pub(super) fn of_seconds(seconds: f64) -> Self {

@@ -98,11 +98,6 @@ fn heard_by(channel: &mut Acoustics, now: f64) -> Vec<Fix> {
     heard
 }
 
-#[expect(clippy::cast_precision_loss, reason = "counts of a test")]
-fn count(n: u64) -> f64 {
-    n as f64
-}
-
 #[test]
 fn each_vehicle_is_heard_once_a_frame_with_its_state_in_its_slot() {
     let mut channel = channel(&clear(3), 1);
@@ -168,7 +163,7 @@ fn the_share_lost_is_as_set_and_linear_in_slant_range() {
         assert_eq!(counts.sent, u64::from(frames));
         assert_eq!(counts.delivered, heard.len() as u64);
         assert_eq!(counts.lost + counts.delivered, counts.sent);
-        binomial(count(counts.lost), f64::from(frames), expected);
+        binomial(counts.lost as f64, f64::from(frames), expected);
     }
 }
 
@@ -264,7 +259,7 @@ fn the_share_of_outliers_is_as_set_and_their_fixes_look_ordinary() {
             squares += (off / 500.0).powi(2);
         }
     }
-    binomial(outliers, count(heard.len() as u64), 0.02);
+    binomial(outliers, heard.len() as f64, 0.02);
     // Each is χ² with two degrees of freedom.
     near(squares, 2.0 * outliers, 4.0 * f64::sqrt(4.0 * outliers));
 }

@@ -2,12 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use planner::{
-    craft::{CraftDescription, HeadingReference, SpeedReference},
-    path::Side,
-    snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning},
-    tuned::Tuned,
-};
+use planner::craft::{CraftDescription, HeadingReference, SpeedReference};
+use planner::path::Side;
+use planner::snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning};
+use planner::tuned::Tuned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
@@ -142,7 +140,7 @@ pub struct AuvFile {
     /// Deviations from its path that are none of its navigation; none if left out.
     #[serde(default)]
     pub tracking_error: TrackingErrorFile,
-    /// What a surface craft that knows paths knows of it; `plan` if left out.
+    /// Its declaration to a surface craft that knows paths; `plan` if left out.
     #[serde(default)]
     pub declares: Declares,
     /// Its path; it repeats a `track` if left out.
@@ -194,7 +192,7 @@ pub struct WeaveFile {
     pub damping: Option<Quantity<Damping>>,
 }
 
-/// What a vehicle declares of its path.
+/// A vehicle's declaration of its path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Declares {

@@ -2,18 +2,15 @@
 
 use planner::craft::CraftDescription;
 
-use super::{
-    draw::{Checked, Draw},
-    invalid::{InvalidScenario, invalid, of_snapshot},
-};
+use super::draw::{Checked, Draw};
+use super::invalid::{InvalidScenario, invalid, of_snapshot};
 use crate::scenario::quantity::Distribution;
 
 /// First random number of a craft description, beyond those of all other numbers that a file can
 /// have: describing the craft changes no other draw.
 const NUMBERS_FROM: u64 = 1 << 32;
 
-/// The craft description of the file, else the true one. A `surge_lag` of the limits, s, overrides
-/// both.
+/// The file's craft description, else the true one. A `surge_lag` of the limits, s, overrides both.
 pub(super) fn craft_description(
     file: Option<&CraftDescription<Distribution>>,
     surge_lag: Option<f64>,

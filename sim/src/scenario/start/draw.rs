@@ -121,7 +121,7 @@ impl<'a> Checked<'a> {
         Some(number.draw(range, &mut rng))
     }
 
-    /// What was made of the numbers, if all were in their ranges.
+    /// The result, if all numbers were in their ranges.
     pub(super) fn all<T>(self, made: Option<T>) -> Result<T, InvalidScenario> {
         match (self.out_of_range, made) {
             (None, Some(made)) => Ok(made),

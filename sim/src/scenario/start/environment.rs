@@ -5,25 +5,19 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 use nalgebra::Vector2;
 use planner::snapshot::{KeepOut, bounds_faults, clockwise};
 
-use super::{
-    draw::{Draw, Stream, check_count, stream},
-    invalid::{InvalidScenario, invalid, of_snapshot},
+use super::draw::{Draw, Stream, check_count, stream};
+use super::invalid::{InvalidScenario, invalid, of_snapshot};
+use crate::observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors};
+use crate::own_navigation::RangingFaults;
+use crate::record::Bounds;
+use crate::scenario::file::{
+    AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs, Scenario,
+    SensorsFile, WaterFile,
 };
-use crate::{
-    observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors},
-    own_navigation::RangingFaults,
-    record::Bounds,
-    scenario::file::{
-        AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs, Scenario,
-        SensorsFile, WaterFile,
-    },
-    world::{
-        World,
-        fault::{Fault, FaultKind, Faults},
-        inner_loop::PERIOD,
-        water::{GaussMarkov, MeanCurrent, Shear, Water, WaterSetup, Waves},
-    },
-};
+use crate::world::World;
+use crate::world::fault::{Fault, FaultKind, Faults};
+use crate::world::inner_loop::PERIOD;
+use crate::world::water::{GaussMarkov, MeanCurrent, Shear, Water, WaterSetup, Waves};
 
 /// Largest standard deviation of the yaw rate in waves, rad/s: a sixth of a snapshot's range.
 const YAW_RATE_SIGMA_MAX: f64 = 0.5;

@@ -7,10 +7,8 @@ use planner::{
     snapshot::{Auv, AuvState, DeclaredPath, Goal, Offset, Task, VehicleId},
 };
 
-use super::{
-    draw::{Checked, Draw},
-    invalid::{InvalidScenario, invalid, of_snapshot},
-};
+use super::draw::{Checked, Draw};
+use super::invalid::{InvalidScenario, invalid, of_snapshot};
 use crate::scenario::file::{Scenario, SurfaceCraftFile};
 
 impl Scenario {

@@ -4,11 +4,9 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::path::{Path, Segment, SpeedProfile, TURN_RADIUS};
 
-use super::{
-    draw::{Draw, check_count, survey_stream},
-    invalid::{InvalidScenario, invalid},
-    survey::SurveyConstraints,
-};
+use super::draw::{Draw, check_count, survey_stream};
+use super::invalid::{InvalidScenario, invalid};
+use super::survey::SurveyConstraints;
 use crate::{
     record::Origin,
     scenario::{

@@ -10,13 +10,11 @@ use planner::{
     snapshot::{DeclaredLimits, Forecast, Limits, Task, Tuning, VehicleId},
 };
 
-use super::{
-    craft::craft_description,
-    draw::{Checked, Draw, weave_stream},
-    invalid::{InvalidScenario, invalid, of_snapshot},
-    path::{point_out_of_range, speed_profile},
-    turns::turning_late,
-};
+use super::craft::craft_description;
+use super::draw::{Checked, Draw, weave_stream};
+use super::invalid::{InvalidScenario, invalid, of_snapshot};
+use super::path::{point_out_of_range, speed_profile};
+use super::turns::turning_late;
 use crate::{
     observe::{Briefing, Messages},
     record::{Bounds, Origin},

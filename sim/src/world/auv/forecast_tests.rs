@@ -1,8 +1,6 @@
-use planner::{
-    angle::Course,
-    forecast::{AuvForecast, Intent},
-    snapshot::{self, AuvState, Forecast, KnownPath},
-};
+use planner::angle::Course;
+use planner::forecast::{AuvForecast, Intent};
+use planner::snapshot::{self, AuvState, Forecast, KnownPath};
 
 use super::*;
 use crate::{scenario::Scenario, tests::near};

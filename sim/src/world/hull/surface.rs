@@ -46,8 +46,7 @@ pub struct SurfaceHull {
 
 /// State of the surface craft (north, east, ψ, u, v, r, T_port, T_starboard) in m, rad, s and N.
 ///
-/// Velocities are through the water, in the body frame; ψ is not wrapped; each present thrust is
-/// positive ahead.
+/// Velocities are through the water, in the body frame; ψ is not wrapped; thrust is positive ahead.
 pub type SurfaceState = SVector<f64, 8>;
 
 /// A force ahead and a moment to starboard, of both thrusters or of the waves.

@@ -6,10 +6,8 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::{
-    SurfaceHull,
-    step_response::{StepTestResult, step_test},
-};
+use super::SurfaceHull;
+use super::step_response::{StepTestResult, step_test};
 use crate::world::inner_loop::SurfaceAutopilot;
 
 mod draw;

@@ -65,18 +65,15 @@ pub struct StepTestResult {
 }
 
 /// Reason why a craft fails the step tests.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StepTestFailed {
-    /// It does not settle at its heading reference in time.
     #[error("the craft does not follow a heading step at {0:.2} m/s")]
     Heading(f64),
-    /// It does not settle at its speed reference in time.
     #[error("the craft does not follow a speed step from {0:.2} to {1:.2} m/s")]
     Speed(f64, f64),
-    /// Its response is outside what a craft description can express.
     #[error("the response of the craft is outside the range of a craft description")]
     OutOfRange,
-    /// It does not keep the least useful speed in a turn.
     #[error("the craft cannot turn at {TOP_MIN} m/s without losing speed")]
     NoSpeed,
 }

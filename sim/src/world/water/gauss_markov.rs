@@ -105,11 +105,7 @@ mod tests {
             let variance = autocovariance(&run, 0);
             let off = variance / variance_asked - 1.0;
             assert!(off.abs() < CONFIDENCE * variance_error, "{period} s: {off}");
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a small count"
-            )]
+            #[expect(clippy::cast_possible_truncation, reason = "a small count")]
             let correlation = autocovariance(&run, lag as usize) / variance;
             let off = correlation - (-lag * period / SETUP.correlation_time).exp();
             assert!(off.abs() < CONFIDENCE * correlation_error, "{period} s: {off}");

@@ -275,8 +275,7 @@ mod tests {
             let bound = h * h / 12.0 * most * (2.0 * OMEGA_0).powi(4) + rounding;
             near(given.yaw, (z - 2.0 * y + x) / (h * h), bound);
         }
-        // σ of the accelerations from the spectrum's moments: N sampled frequencies leave a few per
-        // cent.
+        // σ of the accelerations from the spectrum's moments: N sampled frequencies leave a few %.
         let sigma = |of: fn(&WaveAcceleration) -> f64| {
             let accelerations = |motion: WaveMotion| times(0.5, 4000).map(move |t| motion.acceleration(t));
             let all = (0..20).map(motion).flat_map(accelerations);

@@ -8,9 +8,9 @@ use std::f64::consts::PI;
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
+use super::super::mounting::Mounting;
 use super::super::{
-    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, mounting::Mounting, seatrac,
-    sentences,
+    CraftPose, Frame, KnownDepth, Modem, ModemKind, PoseHistory, Settings, seatrac, sentences,
 };
 use crate::{AuvFix, Origin};
 

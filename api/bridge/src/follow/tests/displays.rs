@@ -2,10 +2,8 @@
 
 use std::{collections::BTreeMap, sync::Mutex};
 
-use ::mavlink::{
-    MavlinkReader,
-    dialects::ardupilotmega::{FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavMessage},
-};
+use ::mavlink::MavlinkReader;
+use ::mavlink::dialects::ardupilotmega::{FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavMessage};
 use ::wire::mission::Steering as Said;
 
 use super::*;

@@ -1,15 +1,14 @@
 //! The token file. It holds digests; a token itself is shown once, when it is created.
 
-use std::{
-    fs::{self, DirBuilder, File, OpenOptions},
-    io::{self, Write as _},
-    os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, fchown},
-    path::{Path, PathBuf},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
-    time::{Duration, Instant, SystemTime},
-};
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{self, Write as _};
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, OpenOptionsExt as _, fchown};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant, SystemTime};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
@@ -98,26 +97,21 @@ pub struct NewToken {
 }
 
 /// An error of the token file.
+#[expect(missing_docs, reason = "the messages say it")]
 #[derive(Debug, thiserror::Error)]
 pub enum TokenError {
-    /// The file cannot be read or written.
     #[error("cannot read or write the token file {}", .0.display())]
     File(PathBuf, #[source] io::Error),
-    /// The file has another content.
     #[error("{} is not a token file; `pilotfish token add` creates one", .0.display())]
     NoTokens(PathBuf, #[source] serde_json::Error),
-    /// The name is not allowed.
     #[error(
         "the name of a token has 1 to {NAME_BYTES_MAX} letters, digits and . _ -, such as bridge-1, not {0:?}"
     )]
     Name(String),
-    /// The name is in use.
     #[error("a token named {0} exists; revoke it first, or choose another name")]
     NameTaken(String),
-    /// There is no token with that name.
     #[error("there is no token named {0}; `pilotfish token list` lists all")]
     Unknown(String),
-    /// The system has no random numbers.
     #[error("no random numbers from the system: {0}")]
     Random(getrandom::Error),
 }
@@ -288,14 +282,14 @@ impl Tokens {
 
     /// Binds them to the store's trusted time. Fails if it had tokens and there are none.
     pub(crate) async fn bind(&self, store: &EventStore) -> Result<(), StoreError> {
-        self.locked().trusted = Some(store.clock().clone());
+        self.0.lock().trusted = Some(store.clock().clone());
         if self.are_made() {
             return store.protect().await;
         }
         if store.reader()?.is_protected()? {
-            return Err(StoreError::Unprotected(self.locked().path.clone()));
+            return Err(StoreError::Unprotected(self.0.lock().path.clone()));
         }
-        let (tokens, store, clock) = (self.clone(), store.clone(), self.locked().clock.clone());
+        let (tokens, store, clock) = (self.clone(), store.clone(), self.0.lock().clock.clone());
         tokio::spawn(async move {
             while !tokens.are_made() {
                 clock.sleep(CHECK).await;
@@ -309,17 +303,13 @@ impl Tokens {
 
     /// The time by which tokens expire, Unix time, s.
     pub(super) fn now(&self) -> u64 {
-        let cache = self.locked();
+        let cache = self.0.lock();
         let trusted = cache.trusted.as_ref().map(TrustedClock::now_s);
         whole(trusted.unwrap_or_else(|| cache.clock.unix_s()))
     }
 
-    fn locked(&self) -> MutexGuard<'_, TokenCache> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {
-        let mut cache = self.locked();
+        let mut cache = self.0.lock();
         if CHECK <= cache.clock.since(cache.checked) {
             cache.reload();
         }
@@ -348,11 +338,7 @@ impl TokenCache {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "seconds since 1970"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "seconds since 1970")]
 fn whole(unix_s: f64) -> u64 {
     unix_s as u64
 }
@@ -399,7 +385,7 @@ mod tests {
         }
 
         TokenFile::revoke(&path, "bridge").expect("is there");
-        tokens.0.lock().expect("no thread panics").reload();
+        tokens.0.lock().reload();
         assert_eq!(valid(&tokens, &token), None);
         assert!(valid(&tokens, &other).is_some());
         assert!(matches!(
@@ -439,14 +425,14 @@ mod tests {
         let tokens = Tokens::open(&path, &clock()).expect("is read");
         assert!(tokens.known().is_none() && !tokens.are_made());
         let token = TokenFile::add(&path, new("bridge", Role::Operator, None), &clock()).expect("is made");
-        tokens.0.lock().expect("no thread panics").reload();
+        tokens.0.lock().reload();
         assert!(valid(&tokens, &token).is_some() && tokens.are_made());
         for broken in [Some("{"), None] {
             match broken {
                 Some(text) => fs::write(&path, text).expect("is written"),
                 None => fs::remove_file(&path).expect("is there"),
             }
-            tokens.0.lock().expect("no thread panics").reload();
+            tokens.0.lock().reload();
             assert_eq!(valid(&tokens, &token), None, "{broken:?}");
         }
     }

@@ -1,9 +1,7 @@
 //! A live mission: it plans once a period from the reports so far, even without new ones.
 
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
 use planner::stop::Stop;
@@ -21,10 +19,8 @@ use crate::{
     },
     planning::pool::Priority,
 };
-use wire::{
-    FieldError, Outcome,
-    mission::{Reports, Setting},
-};
+use wire::mission::{Reports, Setting};
+use wire::{FieldError, Outcome};
 
 /// Most events after a checkpoint: a restart reads them one by one.
 const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;

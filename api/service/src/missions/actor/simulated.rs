@@ -1,13 +1,12 @@
 //! A simulated mission, which runs as fast as its client requests.
 
-use std::{
-    collections::BTreeMap,
-    mem,
-    sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant},
-};
+use std::collections::BTreeMap;
+use std::mem;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use clock::Clock;
+use parking_lot::Mutex;
 use planner::plan::Workspace;
 
 use super::{
@@ -15,15 +14,11 @@ use super::{
 };
 use store::{EventReader, StoreError};
 
-use crate::{
-    edge::problem::Problem,
-    metrics::PlanFor,
-    missions::{
-        event::Event,
-        simulation::{Simulation, Tick},
-    },
-    planning::pool::Priority,
-};
+use crate::edge::problem::Problem;
+use crate::metrics::PlanFor;
+use crate::missions::event::Event;
+use crate::missions::simulation::{Simulation, Tick};
+use crate::planning::pool::Priority;
 use wire::mission;
 
 /// Plans that are stored together without a speed factor: some tens of milliseconds of work.
@@ -156,7 +151,8 @@ impl Simulated {
         let waiting = Arc::new(Mutex::new(self.progress.take()));
         let (begun, planners) = (Arc::clone(&waiting), self.context.planners.clone());
         let (mut worked, job) = self.context.planners.simulate(Priority::Long, move || {
-            let progress = take(&begun).map_or_else(|| Progress::new(&config, &clock), Ok)?;
+            let begun = begun.lock().take();
+            let progress = begun.map_or_else(|| Progress::new(&config, &clock), Ok)?;
             let reader = || Ok((store.reader()?, number));
             planners.with_workspace(PlanFor::Simulated, |workspace| {
                 progress.until(last, n_ticks, &clock, reader, workspace)
@@ -178,7 +174,7 @@ impl Simulated {
                 return Ok(());
             }
             if job.give_up() {
-                self.progress = take(&waiting);
+                self.progress = waiting.lock().take();
                 return Ok(());
             }
         }
@@ -225,10 +221,6 @@ impl Simulated {
         }
         Ok(stored)
     }
-}
-
-fn take(progress: &Mutex<Option<Progress>>) -> Option<Progress> {
-    progress.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
 impl Progress {

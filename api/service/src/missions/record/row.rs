@@ -5,14 +5,10 @@ use std::{collections::BTreeMap, time::Duration};
 use ::record::table::{ESTIMATED, KNOWN, Row, SURFACE_CRAFT};
 use sim::record::method_name;
 
-use crate::missions::{
-    clock::MissionClock,
-    event::{Event, Planned},
-};
-use wire::{
-    Outcome, PredictedAuv, Report,
-    mission::{AscReport, TrueVehicle, Truth},
-};
+use crate::missions::clock::MissionClock;
+use crate::missions::event::{Event, Planned};
+use wire::mission::{AscReport, TrueVehicle, Truth};
+use wire::{Outcome, PredictedAuv, Report};
 
 pub(super) fn outcome(outcome: Outcome) -> &'static str {
     match outcome {

@@ -50,11 +50,7 @@ fn mean_age(places: &[Vector2<f64>], tour: &[usize]) -> f64 {
         }
         sum
     };
-    served.iter().map(integral).sum::<f64>() / (laps[3] - laps[2]) / count(places.len())
-}
-
-fn count(n: usize) -> f64 {
-    f64::from(u32::try_from(n).expect("small"))
+    served.iter().map(integral).sum::<f64>() / (laps[3] - laps[2]) / places.len() as f64
 }
 
 /// The least mean age of all tours of up to eight visits.
@@ -94,7 +90,7 @@ fn a_craft_on_its_schedules_serves_as_often_as_the_best_tour() {
             let schedule = scheduled(&request);
             // After the first hour.
             if 3600.0 <= request.t_s {
-                sum += schedule.costs.iter().map(|known| known.cost).sum::<f64>() / count(n);
+                sum += schedule.costs.iter().map(|known| known.cost).sum::<f64>() / n as f64;
                 plans += 1.0;
             }
             request = after_leg(&request, &schedule, 6.0);

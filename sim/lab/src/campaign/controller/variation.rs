@@ -1,16 +1,12 @@
 //! Variations: differences from the scenario or the craft for one controller.
 
-use planner::{
-    path::Side,
-    snapshot::{Goal, PlanRequest, VehicleId},
-};
+use planner::path::Side;
+use planner::snapshot::{Goal, PlanRequest, VehicleId};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use sim::{
-    fault::{Fault, FaultKind},
-    scenario::{CurrentKnowledge, FaultFile, FaultKindFile, Quantity, Scenario, Start},
-    surface_craft::{Drag, SurfaceHull},
-};
+use sim::fault::{Fault, FaultKind};
+use sim::scenario::{CurrentKnowledge, FaultFile, FaultKindFile, Quantity, Scenario, Start};
+use sim::surface_craft::{Drag, SurfaceHull};
 
 /// A difference from the scenario or from the craft.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]

@@ -11,10 +11,8 @@ use sim::{
     },
 };
 
-use crate::campaign::{
-    controller::Controller,
-    file::{CampaignFile, CraftEntry},
-};
+use crate::campaign::controller::Controller;
+use crate::campaign::file::{CampaignFile, CraftEntry};
 
 /// A scenario with a craft.
 #[derive(Clone, Debug)]

@@ -1,9 +1,7 @@
 //! Scenario files of a campaign with the files that they name, so that it can be flown anywhere.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sim::scenario::{Files, Scenario, ScenarioError};
@@ -24,7 +22,6 @@ struct ScenarioFile {
 }
 
 impl ScenarioFiles {
-    /// Reads the files that `campaign` names from `folder`.
     pub(super) fn read(campaign: &CampaignFile, folder: &Path) -> Result<Self, CampaignError> {
         let mut files = BTreeMap::new();
         for (i, name) in campaign.scenarios.iter().enumerate() {

@@ -1,20 +1,14 @@
 //! Controllers of a campaign from the entries of its file.
 
-use planner::{
-    los::{LawGains, LosLaw, LosTuning},
-    parameters::Parameters,
-    snapshot::Tuning,
-    tuned::Tuned,
-};
+use planner::los::{LawGains, LosLaw, LosTuning};
+use planner::parameters::Parameters;
+use planner::snapshot::Tuning;
+use planner::tuned::Tuned;
 
-use crate::{
-    campaign::{
-        controller::{ControlLaw, Controller, ControllerFile, LawFile, PlannerFile, RuleFile},
-        grid::{grid, tuned},
-    },
-    http_guide::GuideUrl,
-    rules::Rule,
-};
+use crate::campaign::controller::{ControlLaw, Controller, ControllerFile, LawFile, PlannerFile, RuleFile};
+use crate::campaign::grid::{grid, tuned};
+use crate::http_guide::GuideUrl;
+use crate::rules::Rule;
 
 /// Longest turn or stay of a rule, s: more than a day.
 const TURN_MAX: f64 = 1.0e5;

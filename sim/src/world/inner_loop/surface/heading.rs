@@ -2,10 +2,8 @@
 
 use planner::angle::{Heading, wrap};
 
-use crate::world::{
-    hull::SurfaceHull,
-    inner_loop::{PERIOD, ROUNDING},
-};
+use crate::world::hull::SurfaceHull;
+use crate::world::inner_loop::{PERIOD, ROUNDING};
 
 /// Heading errors within which an integral part integrates, rad. Assumption: about 20°, so that a
 /// large step of the reference does not wind it up.

@@ -78,7 +78,7 @@ impl Draw<'_> {
             surge_loop: constraints.surge_loop.unwrap_or(surge_loop),
             surge_lag: constraints.surge_lag.unwrap_or(surge_lag),
             acceleration: constraints.acceleration.unwrap_or(acceleration),
-            delay: PERIOD * count(periods(constraints.delay.unwrap_or(delay))),
+            delay: PERIOD * periods(constraints.delay.unwrap_or(delay)) as f64,
         }
     }
 
@@ -278,15 +278,7 @@ impl Draw<'_> {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "rounded and clamped just before"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rounded and clamped just before")]
 fn periods(delay: f64) -> usize {
-    (delay / PERIOD).round().clamp(0.0, count(DELAY_PERIODS_MAX)) as usize
-}
-
-fn count(periods: usize) -> f64 {
-    f64::from(u32::try_from(periods).expect("dozens"))
+    (delay / PERIOD).round().clamp(0.0, DELAY_PERIODS_MAX as f64) as usize
 }

@@ -1,11 +1,9 @@
 //! The planner's response model, fitted to a trial by least squares.
 
-use planner::{
-    angle::wrap,
-    craft::{HeadingDynamics, HeadingResponse, SurgeResponse},
-    los::Reference,
-    snapshot::INTEGRAL_TIME,
-};
+use planner::angle::wrap;
+use planner::craft::{HeadingDynamics, HeadingResponse, SurgeResponse};
+use planner::los::Reference;
+use planner::snapshot::INTEGRAL_TIME;
 
 use crate::world::inner_loop::PERIOD;
 
@@ -166,7 +164,6 @@ pub(super) fn surge_residuals(response: &SurgeResponse, trial: &[Sample]) -> Vec
 /// A reference `delay` s before sample k, between samples; `before` the start of the trial.
 #[expect(
     clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
     reason = "delays are a few seconds, never negative"
 )]
 fn delayed(trial: &[Sample], k: usize, delay: f64, of: impl Fn(&Sample) -> f64, before: f64) -> f64 {
