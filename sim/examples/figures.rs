@@ -7,7 +7,7 @@
 //! ```
 //! Rows of a table in Markdown: the AUVs' true error in the second half hour, root mean square over
 //! the seeds, its ratio to the best circle (mean of pairs, and half width of their 95 % interval),
-//! the error that the AUVs state, and propulsion energy in kJ.
+//! the error that the AUVs state, propulsion energy in kJ, and the time of a plan (median, 99 %).
 
 use std::{env, error::Error, ops::RangeInclusive, thread};
 
@@ -32,6 +32,8 @@ struct Outcome {
     error: f64,
     stated: f64,
     energy: f64,
+    /// Time of a plan, median and 99 %, ms.
+    times: [f64; 2],
 }
 
 fn fly(scenario: &Scenario, seed: u64, figure: Option<FixedFigure>) -> Result<Outcome, Failure> {
@@ -46,6 +48,7 @@ fn fly(scenario: &Scenario, seed: u64, figure: Option<FixedFigure>) -> Result<Ou
         error: navigation.rms_m,
         stated: navigation.stated_rms_m,
         energy: metrics.energy_j / 1000.0,
+        times: [metrics.solve_ms_p50, metrics.solve_ms_p99].map(Option::unwrap_or_default),
     })
 }
 
@@ -118,8 +121,8 @@ fn main() -> Result<(), Failure> {
     let reported = seeds(&given("--seeds", "200-203"))?;
     let tuned_on = seeds(&given("--tuned-on", "100-101"))?;
     let craft = given("--craft", "");
-    println!("| scenario | craft | figure | error, m | to the circle | stated, m | energy, kJ |");
-    println!("|---|---|---|---|---|---|---|");
+    println!("| scenario | craft | figure | error, m | to the circle | stated, m | energy, kJ | plan, ms |");
+    println!("|---|---|---|---|---|---|---|---|");
     for name in given("--scenarios", SCENARIOS).split(',') {
         let mut scenario = Scenario::named(name).ok_or("no such scenario")?;
         if !craft.is_empty() {
@@ -163,10 +166,12 @@ fn main() -> Result<(), Failure> {
             let n = mean(ratios.iter().map(|_| 1.0)) * reported.len() as f64;
             let width = 1.96 * (spread / (n - 1.0).max(1.0)).sqrt();
             println!(
-                "| {name} | {craft} | {label} | {:.2} | {middle:.2} ± {width:.2} | {:.2} | {:.0} |",
+                "| {name} | {craft} | {label} | {:.2} | {middle:.2} ± {width:.2} | {:.2} | {:.0} | {:.1}, {:.1} |",
                 rms(&flown, |outcome| outcome.error),
                 rms(&flown, |outcome| outcome.stated),
                 mean(flown.iter().map(|outcome| outcome.energy)),
+                mean(flown.iter().map(|outcome| outcome.times[0])),
+                mean(flown.iter().map(|outcome| outcome.times[1])),
             );
         }
     }

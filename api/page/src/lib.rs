@@ -70,7 +70,7 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/docs.css": STYLE, "docs.css";
     modules:
     "address" "alarm" "app" "background" "beliefs" "bell" "chart" "chart_canvas" "compare" "comparison"
-    "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "format"
+    "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "figure" "format"
     "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "order_draft"
     "order_form" "order_map" "orders" "picture" "plan" "plan_picture" "plan_tables" "playback" "pointers"
     "predictions" "recording" "route_form" "scores" "series" "service" "symbols" "theme" "thumbnail"
@@ -92,9 +92,9 @@ macro_rules! modules {
 }
 
 /// The modules of a report, each after its imports.
-const OF_REPORTS: [&str; 30] = modules! {
+const OF_REPORTS: [&str; 31] = modules! {
     "dom" "format" "alarm" "theme" "series" "csv" "limits" "hand_over" "journal" "recording" "scores"
-    "playback" "background" "visits" "picture" "curves" "lettering" "symbols" "drawing" "measure" "map"
+    "playback" "background" "visits" "figure" "picture" "curves" "lettering" "symbols" "drawing" "measure" "map"
     "chart_canvas" "chart" "explanation" "beliefs" "mission" "differences" "comparison" "sheet" "report"
 };
 

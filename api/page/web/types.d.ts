@@ -15,7 +15,8 @@ export type Prediction = { after_s: number[], asc: [number, number][], goal: [nu
   warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule, figure?: Figure };
 
 export type LocalisedVehicle = { auv: string, sigma_now_m?: number, sigma_m: number, sigma_above_m: number };
-export type Figure = { kind: string, vehicles: LocalisedVehicle[], sentence: string };
+export type Figure = { kind: string, north_m: number, east_m: number, axis_rad: number, ahead_m: number, starboard_m: number, semi_ahead_m: number, semi_starboard_m: number,
+  vehicles: LocalisedVehicle[], sentence: string };
 
 export type Breach = { t: number, from: number, to: number, north: number, east: number, limit: string, beyond: number };
 

@@ -158,6 +158,11 @@ impl<'a> Answer<'a> {
             let place = self.placed(&Vector2::new(visit.north_m, visit.east_m));
             (visit.north_m, visit.east_m) = (place.x, place.y);
         }
+        let mut figure = self.plan.figure.clone();
+        if let Some(figure) = &mut figure {
+            let mean = self.placed(&Vector2::new(figure.north_m, figure.east_m));
+            (figure.north_m, figure.east_m) = (mean.x, mean.y);
+        }
         PlanResponse {
             schema_version: SCHEMA_VERSION.to_owned(),
             plan_id: self.plan_id.clone(),
@@ -178,7 +183,7 @@ impl<'a> Answer<'a> {
             goal: GoalTrajectory { trajectory: goal },
             targets,
             schedule,
-            figure: self.plan.figure.clone(),
+            figure,
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,

@@ -58,6 +58,9 @@ impl PreviousPlan {
         for visit in self.schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
             put(&mut visit.north_m, &mut visit.east_m);
         }
+        if let Some(figure) = &mut self.figure {
+            put(&mut figure.north_m, &mut figure.east_m);
+        }
         let memory = self
             .craft_estimate
             .as_mut()

@@ -106,6 +106,10 @@ pub enum Fixes {
 pub struct Figure {
     /// Its shape.
     pub kind: FigureKind,
+    /// Present mean of the vehicles, north of the datum, m.
+    pub north_m: f64,
+    /// Present mean of the vehicles, east of the datum, m.
+    pub east_m: f64,
     /// Direction of its axis, rad, clockwise from north.
     pub axis_rad: f64,
     /// Its centre ahead of the vehicles' mean, along the axis, m.

@@ -172,7 +172,9 @@ pub(crate) const GOAL_LOCALISE: [Range; 5] = [
 ];
 
 /// The figure of an earlier answer.
-pub(crate) const FIGURE: [Range; 7] = [
+pub(crate) const FIGURE: [Range; 9] = [
+    ("north_m", FORESEEN),
+    ("east_m", FORESEEN),
     ("axis_rad", -2.0 * TAU..=2.0 * TAU),
     ("ahead_m", FORESEEN),
     ("starboard_m", FORESEEN),

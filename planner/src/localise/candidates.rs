@@ -132,6 +132,8 @@ impl Scene {
         let [ahead_m, starboard_m, semi_ahead_m, semi_starboard_m] = shape;
         let mut figure = Figure {
             kind,
+            north_m: 0.0,
+            east_m: 0.0,
             axis_rad: axis,
             ahead_m,
             starboard_m,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
-use crate::facts::angle::wrap;
+use crate::facts::angle::{ned_from_body, wrap};
 use crate::facts::goal::Goal;
 use crate::facts::localise::{Figure, FigureKind, LocalisedVehicle};
 use crate::localise::candidates::FixedFigure;
@@ -192,7 +192,10 @@ impl Scene {
         };
         let mut vehicles: Vec<_> = (0..self.members.len()).collect();
         vehicles.sort_by_key(|i| self.members[*i].auv);
+        let mean = snapshot.asc.position() + ned_from_body(heading) * self.mean[0];
         let mut figure = Figure {
+            north_m: mean.x,
+            east_m: mean.y,
             axis_rad: wrap(figure.axis_rad + heading),
             vehicles: vehicles.into_iter().map(vehicle).collect(),
             ..figure

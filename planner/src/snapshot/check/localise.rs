@@ -27,6 +27,8 @@ impl Check {
 
     pub(super) fn figure(&mut self, figure: &Figure) {
         let values = [
+            figure.north_m,
+            figure.east_m,
             figure.axis_rad,
             figure.ahead_m,
             figure.starboard_m,

@@ -1,0 +1,15 @@
+// The figure that the craft sails about the AUVs that it localises, as a line on the map.
+
+/** @typedef {import("./types.js").Figure} Figure */
+
+/** Points of the line. */
+const POINTS = 72;
+
+/** @param {Figure} figure @returns {[number, number][]} (north, east), m */
+export function figureLine({ north_m, east_m, axis_rad, ahead_m, starboard_m, semi_ahead_m, semi_starboard_m }) {
+  const [sin, cos] = [Math.sin(axis_rad), Math.cos(axis_rad)];
+  return Array.from({ length: POINTS + 1 }, (_, i) => {
+    const phase = (2 * Math.PI * i) / POINTS, ahead = ahead_m + semi_ahead_m * Math.cos(phase), starboard = starboard_m + semi_starboard_m * Math.sin(phase);
+    return [north_m + cos * ahead - sin * starboard, east_m + sin * ahead + cos * starboard];
+  });
+}
