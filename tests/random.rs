@@ -291,7 +291,7 @@ impl Draw {
     fn goal(&mut self, auvs: &[Auv], time: f64) -> Goal {
         let n = 1 + self.rng.random_range(0..auvs.len());
         let named: Vec<_> = auvs.iter().take(n).map(|auv| auv.id.clone()).collect();
-        match self.rng.random_range(0..6) {
+        match self.rng.random_range(0..5) {
             3 => Goal::Weighted {
                 weights: named
                     .into_iter()
@@ -302,12 +302,6 @@ impl Draw {
                 auvs: named,
                 range_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
             },
-            5 => {
-                let auvs: Vec<_> = named.iter().map(|id| &id.0).collect();
-                let growth = self.number((0.01, 0.1), (1.0e-6, 1.0e6));
-                let localise = serde_json::json!({ "auvs": auvs, "growth_m2ps": growth });
-                Goal::Localise(serde_json::from_value(localise).expect("has the shape"))
-            }
             0 => Goal::Track {
                 auv: named[n - 1].clone(),
             },

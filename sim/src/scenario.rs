@@ -192,7 +192,7 @@ impl Scenario {
         }
         for (member, range) in NUMBERS_BY_AUV {
             let number = schema_within(&range, unit_of(member));
-            for shape in ["Goal", "Visits"] {
+            for shape in ["Goal", "Localise", "Visits"] {
                 for property in members(&mut schema, shape, member) {
                     property["additionalProperties"] = json!(number);
                 }
