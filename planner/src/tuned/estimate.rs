@@ -80,6 +80,17 @@ numbers! {
         /// 100 m the distance varies by 2 to 6 %.
         forgets_after = 60.0,
 
+        /// Shortest time of a steady turn, s. The four numbers were chosen so that of lanes, boxes,
+        /// way-points and figures of eight hardly any piece is one.
+        steady_turn_time = 120.0,
+        /// Least angle of a steady turn, rad.
+        steady_turn_min = 1.8,
+        /// Least difference of the squared normalised residuals of a straight line and of a steady
+        /// turn.
+        steady_turn_gain = 60.0,
+        /// Largest misfit of a steady turn, in standard deviations of χ² above its expectation.
+        steady_turn_misfit = 1.5,
+
         /// Probability at the first report that a vehicle follows its path.
         follows_at_first = 0.9,
         /// Mean time until a vehicle leaves its path, s.
