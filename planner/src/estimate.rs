@@ -15,6 +15,7 @@ pub(crate) mod past_states;
 pub(crate) mod repeats;
 pub(crate) mod rigid_motion;
 mod screening;
+mod steady_turn;
 pub(crate) mod track;
 pub(crate) mod turn;
 

@@ -14,6 +14,7 @@ use crate::{
         past_states::{self, PastState, as_report, past_state},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::{ScreenedReports, velocities_contradicted},
+        steady_turn::SteadyTurn,
         track::{Innovation, Track},
         turn::{clear, remembered_turn_rate, turn_rate},
     },
@@ -290,8 +291,12 @@ impl<'a> Estimator<'a> {
             None => (free.filter.combined(), &free.used),
         };
         let through_water = (filtered.velocity() - self.current).norm();
+        let steady_turn = (followed.is_none() && !due())
+            .then(|| SteadyTurn::newest(&free.used, tuned))
+            .flatten();
+        let state = self.state(&filtered, used);
         Estimate {
-            state: self.state(&filtered, used),
+            state: steady_turn.map_or(state, |turn| turn.of(&state)),
             dive: infers.then(|| sawtooth(used, through_water, tuned)).flatten(),
             rejected: (0..reports.len())
                 .filter(|number| used.iter().all(|(used, _)| used != number))
@@ -302,7 +307,9 @@ impl<'a> Estimator<'a> {
             route,
             repeats,
             path,
-            forgets_after: Some(forgetting_length(&exact.points, tuned)),
+            forgets_after: Some(
+                steady_turn.map_or_else(|| forgetting_length(&exact.points, tuned), |turn| turn.length()),
+            ),
             track: exact.points,
             states: Vec::new(),
         }

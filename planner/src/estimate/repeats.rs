@@ -58,6 +58,8 @@ pub struct Repeats {
     pub path: KnownPath,
     /// The pattern.
     pub track: RepeatedTrack,
+    /// Probability that it goes on, by how much of the track it explains.
+    pub trust: f64,
 }
 
 /// Pattern that an underwater vehicle's track repeats.
@@ -225,14 +227,17 @@ impl<'a> PastTrack<'a> {
         let best = self.refined(&track, &places, spacing, best?);
         let (mean_square, path) = self.path(&track, &best, radius)?;
         let pattern = best.motion.pattern(self.tuned.residual_max * self.sigma);
+        let times = (spacing * number(best.span) + best.lag) / best.lag;
+        let since_first_corner = (track.length() - track.along[1]) / best.lag;
         let repeats = Repeats {
+            trust: self.trust(times, since_first_corner),
             path: KnownPath {
                 path: Arc::new(path),
                 horizontal_speed: self.speed,
             },
             track: RepeatedTrack {
                 pattern,
-                times: (spacing * number(best.span) + best.lag) / best.lag,
+                times,
                 period_m: best.lag,
                 leg_m: track.longest_leg_after(track.length() - 4.0 * best.lag),
                 spacing_m: if pattern == Pattern::Lanes {
@@ -244,6 +249,15 @@ impl<'a> PastTrack<'a> {
             },
         };
         Some((mean_square, repeats))
+    }
+
+    /// Probability that a pattern goes on which explains its last `times` repetitions, of a track that
+    /// is `long` in such repetitions: Laplace's rule of succession. What it does not explain are turns
+    /// that another such pattern mispredicted.
+    fn trust(&self, times: f64, long: f64) -> f64 {
+        let (kept, broken) = (times - 1.0, (long - times).max(0.0));
+        let [kept, broken] = [kept + 1.0, broken + self.tuned.pattern_ends];
+        kept / (kept + broken)
     }
 
     /// Corners of the track for turns of `radius`, m, to the end of the last long leg. Two fixes in
@@ -492,6 +506,26 @@ mod tests {
             assert_eq!(repeats.track.pattern, Pattern::Laps);
             assert!(off(&path, 1100.0, &repeats) < 8.0);
         }
+    }
+
+    #[test]
+    fn a_pattern_whose_earlier_turns_were_elsewhere_is_trusted_less() {
+        // Two lanes of each length: whatever they repeat ends after them.
+        let lengths = [150.0, 90.0, 200.0, 120.0, 170.0];
+        let pair = |(k, length): (u32, f64)| {
+            let east = 60.0 * f64::from(k);
+            [
+                [0.0, east],
+                [length, east],
+                [length, east + 30.0],
+                [0.0, east + 30.0],
+            ]
+        };
+        let unequal = through((0..).zip(lengths).flat_map(pair).collect());
+        // Shortly after the second turn of the fourth pair.
+        let trust = |path: &Path| past_track(path, 1290.0, 2).repeats().map(|repeats| repeats.trust);
+        let [kept, broken] = [lanes(), unequal].map(|path| trust(&path).expect("repeats"));
+        assert!(0.8 < kept && broken < 0.6, "{kept} and {broken}");
     }
 
     #[test]

@@ -36,6 +36,8 @@ pub struct Intent<'a> {
     pub path: Option<&'a KnownPath>,
     /// Fit of its reports to the path, if it has any.
     pub fit: Option<&'a PathFit>,
+    /// Probability that it does not follow it, but moves as without a path.
+    pub doubt: f64,
     /// The sawtooth in which it dives.
     pub dive: Option<Dive>,
     /// Distance over which it forgets its course, m, off its path. `None` if it goes straight on.
@@ -52,6 +54,8 @@ pub struct AuvForecast {
     /// Age of the report, s.
     age: f64,
     propagation: Propagation,
+    /// If its path is doubtful: the probability that it does not follow it, and its motion then.
+    otherwise: Option<(f64, Turning)>,
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
@@ -142,10 +146,21 @@ impl AuvForecast {
             let variance = covariance.map_or(0.0, |known| 0.5 * (known.m33 + known.m44));
             (model, turning, depth, variance)
         };
+        // Straight on without end would be no mean to count with.
+        let otherwise = intent.forgets_after.filter(|_| 0.0 < intent.doubt).map(|length| {
+            let turning = Turning {
+                position: state.position(),
+                velocity: state.velocity(),
+                turn_rate: 0.0,
+                forgetting: state.speed_mps / length,
+            };
+            (intent.doubt, turning)
+        });
         Self {
             model,
             age: state.age_s,
             propagation,
+            otherwise,
             depth,
             covariance: covariance.unwrap_or_else(|| default_covariance(tuned)),
             velocity_variance,
@@ -169,13 +184,28 @@ impl AuvForecast {
             Propagation::AlongPath(along_path) => {
                 let memory = self.tuned.drift_memory;
                 let left = (-elapsed / memory).exp();
-                let modelled = along_path.at(elapsed, self.depth.lead(elapsed));
+                let mut modelled = along_path.at(elapsed, self.depth.lead(elapsed));
+                if let Some((doubt, otherwise)) = &self.otherwise {
+                    let other = otherwise.at(elapsed);
+                    modelled = Motion {
+                        position: modelled.position.lerp(&other.position, *doubt),
+                        velocity: modelled.velocity.lerp(&other.velocity, *doubt),
+                    };
+                }
                 (modelled, self.drift * (memory * (1.0 - left)), self.drift * left)
             }
         };
         Motion {
             position: modelled.position + by,
             velocity: modelled.velocity + rate,
+        }
+    }
+
+    /// The same without a doubt about its path: where it is likeliest, in place of a mean.
+    pub(crate) fn likeliest(&self) -> Self {
+        Self {
+            otherwise: None,
+            ..self.clone()
         }
     }
 
@@ -221,7 +251,12 @@ impl AuvForecast {
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
     /// Off a path its trace never decreases. Along a path it grows with the variance of the speed, and across
-    /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations.
+    /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations. Of a
+    /// doubtful path it is the covariance of both possibilities about their mean.
+    ///
+    /// ```text
+    /// (1 − q) P + q P' + q (1 − q) d dᵀ         for the doubt q and the distance d between the two
+    /// ```
     pub fn position_covariance(&self, ahead: f64) -> Matrix2<f64> {
         let elapsed = self.age + ahead;
         match &self.propagation {
@@ -231,7 +266,21 @@ impl AuvForecast {
             }
             Propagation::AlongPath(along_path) => {
                 let lead = self.depth.lead(elapsed);
-                along_path.position_covariance(&self.covariance, elapsed, lead, &self.tuned)
+                let along = along_path.position_covariance(&self.covariance, elapsed, lead, &self.tuned);
+                let Some((doubt, otherwise)) = &self.otherwise else {
+                    return along;
+                };
+                let between = otherwise.at(elapsed).position - along_path.at(elapsed, lead).position;
+                let other = free(
+                    &self.covariance,
+                    elapsed,
+                    otherwise.velocity.norm(),
+                    0.0,
+                    &self.tuned,
+                );
+                along * (1.0 - doubt)
+                    + other * *doubt
+                    + between * between.transpose() * (doubt * (1.0 - doubt))
             }
         }
     }
@@ -377,8 +426,13 @@ mod drift_tests;
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
-    use crate::tests::{moving, near, near_to, slope};
+    use crate::{
+        facts::path::curve::Path,
+        tests::{moving, near, near_to, slope},
+    };
 
     fn state(turn_rate: f64, age: f64) -> AuvState {
         AuvState {
@@ -426,6 +480,42 @@ mod tests {
         // Who asks for a constant velocity gets it.
         let straight = ahead(Forecast::ConstantVelocity).at(1700.0).position;
         near_to(straight, Vector2::new(850.0, 0.0), 1e-9);
+    }
+
+    #[test]
+    fn of_a_doubtful_path_the_forecast_is_the_mean_of_following_and_leaving_it() {
+        // Due north for 30 m, then back.
+        let path = KnownPath {
+            path: Arc::new(Path::lawn_mower(Vector2::zeros(), 0.0, 30.0, 20.0, 4)),
+            horizontal_speed: 0.5,
+        };
+        let state = moving(0.0, 0.0, 8.0, 0.0, 0.5);
+        let with = |path: Option<&KnownPath>, doubt: f64| {
+            let intent = Intent {
+                path,
+                doubt,
+                forgets_after: Some(60.0),
+                ..Intent::default()
+            };
+            AuvForecast::new(&state, intent, Forecast::Auto, &Vector2::zeros())
+        };
+        let [sure, doubtful] = [0.0, 0.25].map(|doubt| with(Some(&path), doubt));
+        let free = with(None, 0.0);
+        let [followed, mean, left] = [&sure, &doubtful, &free].map(|auv| auv.at(120.0));
+        near_to(
+            mean.position,
+            followed.position * 0.75 + left.position * 0.25,
+            1e-9,
+        );
+        near_to(
+            mean.velocity,
+            followed.velocity * 0.75 + left.velocity * 0.25,
+            1e-9,
+        );
+        let apart = (followed.position - left.position).norm_squared();
+        let [certain, either, alone] = [&sure, &doubtful, &free].map(|auv| auv.position_variance(120.0));
+        near(either, 0.75 * certain + 0.25 * alone + 0.1875 * apart, 1e-9);
+        assert_eq!(doubtful.likeliest(), sure);
     }
 
     #[test]

@@ -317,9 +317,12 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
         let current = route
             .filter(|route| route.is_followed())
             .map_or(current, |route| route.current);
+        let repeats = known.estimate.repeats.as_ref();
+        let trust = repeats.map_or(1.0, |repeats| repeats.trust);
         let intent = Intent {
             path: known.path.filter(|_| follows),
             fit: route.filter(|route| route.is_followed()).map(|route| &route.fit),
+            doubt: 1.0 - trust,
             dive: auv.dive.or(known.estimate.dive),
             forgets_after: known.estimate.forgets_after,
             tuned: &snapshot.tuned().forecast,

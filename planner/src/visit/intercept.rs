@@ -42,6 +42,7 @@ impl SampledTrack {
         frame: impl Fn(&Motion) -> Vector2<f64>,
         depth: impl Fn(f64) -> f64,
     ) -> Self {
+        let forecast = forecast.likeliest();
         let step = horizon / number(SAMPLES);
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
         // A forecast that forgets its course is such a mean already.

@@ -175,6 +175,7 @@ impl Information {
             let intent = Intent {
                 path: path.as_ref().filter(|_| is_followed),
                 fit: None,
+                doubt: 0.0,
                 dive: auv.dive,
                 forgets_after: estimate.forgets_after,
                 tuned: &snapshot.tuned().forecast,
