@@ -323,7 +323,8 @@ impl<'a> PastTrack<'a> {
                 .min_by(|a, b| a.motion.residual.total_cmp(&b.motion.residual))
         };
         let mut best = near(&coarse, coarse.span).unwrap_or(coarse);
-        let longest = places.len() - 1;
+        let fits = |span: &usize| best.lag + spacing * number(*span) <= track.length();
+        let longest = (best.span..places.len()).rev().find(fits).unwrap_or(best.span);
         while best.span < longest {
             let span = (best.span * 3 / 2 + 1).min(longest);
             match near(&best, span).filter(|longer| self.is_match(&longer.motion)) {
