@@ -3,7 +3,7 @@
 use crate::{
     craft::{
         model::CraftModel,
-        response::{HALF_HOLD, Rollout, Stage, Surge, limited_heading},
+        response::{HALF_HOLD, Rollout, Slew, Stage, Surge, limited_heading},
     },
     facts::{
         angle::{Heading, angle_of},
@@ -116,7 +116,8 @@ pub(crate) fn slew_limited(asked: Reference, horizon: &Horizon<'_>, rate: f64) -
     let snapshot = horizon.snapshot;
     let limited = horizon.followed.map(|followed| {
         let bow = snapshot.asc.heading();
-        limited_heading(asked.heading, followed.heading, bow, rate * followed.age)
+        let slew = Slew::of(&horizon.craft, rate, followed.age);
+        limited_heading(asked.heading, followed.heading, bow, slew)
     });
     match limited {
         Some(heading) if !leads_into_a_keep_out(heading, asked.speed, snapshot) => {
