@@ -124,7 +124,7 @@ impl Response<'_> {
             let (begin, end) = (time, time + step);
             while time < end - 0.5 * dt {
                 let asked = law(time, &asc, surge);
-                let slew = self.craft.limits.turn_rate_max * dt;
+                let slew = Slew::of(self.craft, self.craft.limits.turn_rate_max, dt);
                 let reference = Reference {
                     heading: followed.map_or(asked.heading, |from| {
                         limited_heading(asked.heading, from, asc.heading, slew)
@@ -178,14 +178,45 @@ impl Response<'_> {
 /// Largest angle of a heading reference from the bow, rad; beyond π a loop reverses its turn.
 const REFERENCE_AHEAD_MAX: f64 = 2.6;
 
-/// The heading reference at most `slew`, rad, from `from` towards `asked`. It turns in the bow's
-/// sense of turn and stays on that side.
+/// Rate at which the reference of a slow craft takes the lead of a steady turn, rad/s.
+const LEADING_RATE: f64 = 0.17;
+
+/// Largest turns of a heading reference in one step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slew {
+    /// Rad, with any lead over the bow.
+    pub(crate) step: f64,
+    /// Rad, up to the lead of a steady turn.
+    pub(crate) leading_step: f64,
+    /// That lead, rad.
+    pub(crate) lead: f64,
+}
+
+impl Slew {
+    /// The limits for `dt` s of a `craft` that turns at `rate`, rad/s.
+    pub(crate) fn of(craft: &CraftModel, rate: f64, dt: f64) -> Self {
+        Self {
+            step: rate * dt,
+            leading_step: LEADING_RATE * dt,
+            lead: rate * craft.heading_lag(),
+        }
+    }
+}
+
+/// The heading reference within `slew` of `from`, towards `asked`. It turns in the bow's sense of
+/// turn and stays on that side.
 ///
 /// The limit is relative to the *previous reference*, not to the bow: the reference of a lagging
-/// craft must lead its bow by rate times lag for the largest turn rate.
-pub(crate) fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: f64) -> Heading {
+/// craft must lead its bow by rate times lag for the largest turn rate. That lead it takes at
+/// [`LEADING_RATE`]: at the craft's own rate a turn begins as late as the loop lags, see
+/// `docs/rationale.md#references`.
+pub(crate) fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: Slew) -> Heading {
     let psi = bow.radians();
     let ahead = wrap(from.radians() - psi);
-    let step = (wrap(asked.radians() - psi) - ahead).clamp(-slew, slew);
+    let [most, least] = [1.0, -1.0].map(|side| {
+        let leading = (slew.lead - side * ahead).min(slew.leading_step);
+        side * leading.max(slew.step)
+    });
+    let step = (wrap(asked.radians() - psi) - ahead).clamp(least, most);
     Heading::new(psi + (ahead + step).clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX))
 }

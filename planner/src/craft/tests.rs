@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    craft::response::limited_heading,
+    craft::response::{Slew, limited_heading},
     facts::{
         previous_plan::PreviousCraft,
         reference::{Reference, TrajectoryPoint},
@@ -453,8 +453,14 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
     let mut random = Noise(3);
     for _ in 0..20_000 {
         let [asked, from, bow] = [(); 3].map(|()| Heading::new(std::f64::consts::PI * random.next()));
-        let slew = 0.5 * random.next().abs();
-        let given = limited_heading(asked, from, bow, slew).radians();
+        let [step, leading_step, lead] = [0.5, 0.5, 3.0].map(|most| most * random.next().abs());
+        let limits = Slew {
+            step,
+            leading_step,
+            lead,
+        };
+        let slew = step.max(leading_step);
+        let given = limited_heading(asked, from, bow, limits).radians();
         assert!(given.is_finite());
         let [asked, from, bow] = [asked, from, bow].map(Heading::radians);
         let [ahead, wanted, side] = [from, asked, given].map(|angle| wrap(angle - bow));
@@ -470,9 +476,30 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
             "{side}: {ahead} to {wanted}"
         );
         // A near request is met exactly.
-        if (wanted - ahead).abs() < slew && wanted.abs() < 2.6 {
+        if (wanted - ahead).abs() < step && wanted.abs() < 2.6 {
             near(wrap(given - asked), 0.0, 1e-12);
         }
+    }
+}
+
+#[test]
+fn the_reference_of_a_slow_craft_takes_the_lead_of_a_turn_before_the_bow_does() {
+    // At 0.07 rad/s and a lag of 12 s the lead is 0.84 rad: five steps of 0.17 rad instead of twelve.
+    let slew = Slew {
+        step: 0.07,
+        leading_step: 0.17,
+        lead: 0.84,
+    };
+    let [bow, port, starboard] = [0.0, -2.5, 2.5].map(Heading::new);
+    for (side, asked) in [(-1.0, port), (1.0, starboard)] {
+        let mut reference = bow;
+        for expected in [0.17, 0.34, 0.51, 0.68, 0.84, 0.91] {
+            reference = limited_heading(asked, reference, bow, slew);
+            near(side * reference.radians(), expected, 1e-12);
+        }
+        // Back at once, and then to the other side as fast.
+        reference = limited_heading(bow, reference, bow, slew);
+        near(side * reference.radians(), 0.74, 1e-12);
     }
 }
 

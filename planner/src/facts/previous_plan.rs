@@ -178,8 +178,8 @@ pub(crate) struct RememberedTarget {
 pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
-    /// Heading, rad, within ±2π. The next one of `mpc` or `previous_plan` differs by at most 9.7°
-    /// per second, unless a keep-out is ahead.
+    /// Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at
+    /// most 9.7°, or by half of the craft's largest turn if that is more, unless a keep-out is ahead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_rad: Option<f64>,
 }

@@ -231,9 +231,9 @@ impl Default for Parameters {
             // Just under 10°/s: a small twin-thruster craft follows without a jerk;
             // `docs/rationale.md#references`.
             heading_rate_max: 0.17,
-            // Turning at 10°/s, a quick boat falls 16 m behind an AUV that departs astern;
+            // Turning at 10°/s, a quick boat takes a wide turn behind a fast AUV that turns;
             // `docs/rationale.md#references`.
-            quick_craft_share: 0.2,
+            quick_craft_share: 0.5,
             // The surge loop overshoots, and saturated thrusters cannot hold a heading;
             // `docs/rationale.md#references`.
             speed_share: 0.98,

@@ -1,7 +1,7 @@
 //! The follower of a planned trajectory: references for the inner loops, and the resulting rollout.
 
 use crate::craft::model::CraftModel;
-use crate::craft::response::{HALF_HOLD, Rollout, Stage, Surge, limited_heading};
+use crate::craft::response::{HALF_HOLD, Rollout, Slew, Stage, Surge, limited_heading};
 use crate::facts::angle::{Heading, angle_of};
 use crate::facts::asc::AscNow;
 use crate::facts::reference::Reference;
@@ -111,7 +111,8 @@ pub(crate) fn slew_limited(asked: Reference, horizon: &Horizon<'_>, rate: f64) -
     let snapshot = horizon.snapshot;
     let limited = horizon.followed.map(|followed| {
         let bow = snapshot.asc.heading();
-        limited_heading(asked.heading, followed.heading, bow, rate * followed.age)
+        let slew = Slew::of(&horizon.craft, rate, followed.age);
+        limited_heading(asked.heading, followed.heading, bow, slew)
     });
     match limited {
         Some(heading) if !leads_into_a_keep_out(heading, asked.speed, snapshot) => {

@@ -1270,8 +1270,8 @@ class PreviousPlan(TypedDict):
 class PreviousReference(TypedDict):
     """The reference of the last answer."""
 
-    # Heading, rad, within ±2π. The next one of `mpc` or `previous_plan` differs by at most 9.7° per second, unless
-    # a keep-out is ahead.
+    # Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at most 9.7°, or
+    # by half of the craft's largest turn if that is more, unless a keep-out is ahead.
     heading_rad: NotRequired[float | None]
     # Speed through the water, m/s.
     speed_mps: float
