@@ -237,6 +237,7 @@ const FOLLOW_GAIN: f64 = 0.15;
 const FOLLOW_GAIN_LAG: f64 = 0.5;
 const DRIFT_SHARE: f64 = 0.8;
 const REFERENCE_AHEAD_MAX: f64 = 2.6;
+const LEADING_RATE: f64 = 0.17;
 
 fn unit(angle: f64) -> Vector2<f64> {
     Vector2::new(angle.cos(), angle.sin())
@@ -319,7 +320,9 @@ impl<'a> Forward<'a> {
     fn following(mut self, points: &[TrajectoryPoint]) -> f64 {
         let limits = &mut self.craft.limits;
         limits.speed_max = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
-        limits.turn_rate_max = limits.turn_rate_max.min(0.17);
+        limits.turn_rate_max = limits
+            .turn_rate_max
+            .min(LEADING_RATE.max(0.5 * limits.turn_rate_max));
         let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
             vec![(0.0, self.scene.asc.position(), self.start)];
         let mut time = 0.0;
@@ -408,13 +411,16 @@ impl<'a> Forward<'a> {
             let most = 1.5 * limits.acceleration_max.min(limits.deceleration_max);
             self.bias = (self.bias + asked * (1.0 - (-dt / integral_time).exp())).clamp(-most, most);
         }
-        // The reference approaches the request at the craft's turn rate, on one side of the bow.
+        // The reference approaches the request at the craft's turn rate, faster up to the lead of a
+        // steady turn, on one side of the bow.
         let wanted = wrap(psi - self.psi);
         let ahead = self.followed.map_or(wanted, |reference| {
             let (before, slew) = (wrap(reference - self.psi), limits.turn_rate_max * dt);
+            let lead = limits.turn_rate_max * (craft.heading_time + craft.heading_delay);
+            let step = |short: f64| slew.max(short.min(LEADING_RATE * dt));
             wanted
-                .max(before - slew)
-                .min(before + slew)
+                .max(before - step(lead + before))
+                .min(before + step(lead - before))
                 .clamp(-REFERENCE_AHEAD_MAX, REFERENCE_AHEAD_MAX)
         });
         self.followed = Some(self.psi + ahead);

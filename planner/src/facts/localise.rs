@@ -163,6 +163,11 @@ pub struct LocalisedVehicle {
 }
 
 impl Figure {
+    /// Its larger semi-axis, m.
+    pub(crate) fn size(&self) -> f64 {
+        self.semi_ahead_m.max(self.semi_starboard_m)
+    }
+
     /// The craft's place relative to the vehicles' mean, m, and its velocity relative to that, m/s,
     /// (north, east), `ahead` seconds after the plan.
     pub(crate) fn at(&self, ahead: f64) -> (Vector2<f64>, Vector2<f64>) {

@@ -8,6 +8,9 @@ const RADIUS_MIN: f64 = 10.0;
 const RADIUS_RATIO: f64 = 1.4;
 const RADII: i32 = 12;
 
+/// Largest ratio of a figure's size to that of the previous one.
+const RESIZED: f64 = 3.0;
+
 /// Ratio of the radii and speeds of a figure to those of its neighbours.
 const NEIGHBOUR: f64 = 1.1;
 
@@ -49,16 +52,24 @@ impl Scene {
         self.figure(FigureKind::Above, 0.0, [0.0; 4], 0.0)
     }
 
-    /// Figures of all kinds, their axes counted from the bow, without phases.
-    pub(crate) fn candidates(&self) -> Vec<Figure> {
+    /// Figures of all kinds, their axes counted from the bow, without phases; after the figure
+    /// `before`, circles and ellipses of the same sense and up to three times as large or small.
+    pub(crate) fn candidates(&self, before: Option<&Figure>) -> Vec<Figure> {
         let mut candidates = Vec::new();
         let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
         let radii = radii.filter(|radius| self.stand_off <= *radius && *radius <= self.range_max);
         if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {
             candidates.push(self.above());
         }
+        let goes_on = |figure: &Figure| {
+            before.is_none_or(|before| {
+                let ratio = figure.size() / before.size().max(RADIUS_MIN);
+                0.0 <= figure.rate_radps * before.rate_radps && (RESIZED.recip()..RESIZED).contains(&ratio)
+            })
+        };
         let mut both = |kind, axis, shape: [f64; 4]| {
-            candidates.extend([1.0, -1.0].map(|sense| self.figure(kind, axis, shape, sense)));
+            let senses = [1.0, -1.0].map(|sense| self.figure(kind, axis, shape, sense));
+            candidates.extend(senses.into_iter().filter(goes_on));
         };
         for radius in radii.clone() {
             both(FigureKind::Circle, 0.0, [0.0, 0.0, radius, radius]);
@@ -154,7 +165,7 @@ impl Scene {
         let drift = (self.mean[horizon] - self.mean[0]).norm() / (self.interval * horizon as f64);
         let now = self.mean_at(0.0).1.norm();
         let left = (self.speed - drift.max(now)).max(SPEED_SHARE_MIN * self.speed);
-        let size = figure.semi_ahead_m.max(figure.semi_starboard_m);
+        let size = figure.size();
         if 0.0 < size { left / size } else { 0.0 }
     }
 }

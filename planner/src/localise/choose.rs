@@ -70,17 +70,15 @@ impl Localiser<'_> {
         });
         let mut best: Option<(Figure, Outcome)> = None;
         let mut consider = |figure: Figure, margin: f64| {
-            let outcome = scene.sail(&figure);
-            let value = |outcome: &Outcome| outcome.cost;
-            if best
+            let least = best
                 .as_ref()
-                .is_none_or(|(_, best)| value(&outcome) < (1.0 - margin) * value(best))
-            {
+                .map_or(f64::INFINITY, |(_, best)| (1.0 - margin) * best.cost);
+            if let Some(outcome) = scene.sail(&figure, least) {
                 best = Some((figure, outcome));
             }
         };
         let (others, mut margin) = match &self.fixed {
-            None => (scene.candidates(), 0.0),
+            None => (scene.candidates(kept.as_ref().map(|(figure, _)| figure)), 0.0),
             Some(fixed) => (vec![scene.fixed(fixed)], 0.0),
         };
         if let Some((figure, elapsed)) = &kept {
@@ -107,15 +105,16 @@ impl Localiser<'_> {
             }
             consider(scene.begun(figure), margin);
         }
-        let (mut figure, outcome) = best.unwrap_or_else(|| {
-            let above = scene.above();
-            let outcome = scene.sail(&above);
-            (above, outcome)
-        });
+        let above = scene.above();
+        let sailed_above = scene.sail(&above, f64::INFINITY)?;
+        let (mut figure, outcome) = best.unwrap_or_else(|| (above, sailed_above.clone()));
         if let Some((before, elapsed)) = &kept {
             figure = scene.approached(before, figure, *elapsed);
         }
-        Some((scene.answer(snapshot, figure, &outcome, heading), auvs))
+        Some((
+            scene.answer(snapshot, figure, [&outcome, &sailed_above], heading),
+            auvs,
+        ))
     }
 }
 
@@ -160,8 +159,7 @@ impl Scene {
     /// `figure`, or `before` on the way to it if it is a neighbour: the goal drifts there, and does
     /// not jump.
     fn approached(&self, before: &Figure, figure: Figure, elapsed: f64) -> Figure {
-        let size = |figure: &Figure| figure.semi_ahead_m.max(figure.semi_starboard_m);
-        let (from, to) = (size(before), size(&figure));
+        let (from, to) = (before.size(), figure.size());
         let step = DRIFT_SHARE * self.speed * elapsed;
         let same = figure.kind == before.kind && figure.rate_radps * before.rate_radps > 0.0;
         if !same || (to - from).abs() <= step || 1.5 * from < to || to < from / 1.5 {
@@ -179,8 +177,13 @@ impl Scene {
     }
 
     /// The answer with the chosen `figure`, its axis counted from north.
-    fn answer(&self, snapshot: &Snapshot, figure: Figure, outcome: &Outcome, heading: f64) -> Figure {
-        let above = self.sail(&self.above());
+    fn answer(
+        &self,
+        snapshot: &Snapshot,
+        figure: Figure,
+        [outcome, above]: [&Outcome; 2],
+        heading: f64,
+    ) -> Figure {
         let vehicle = |i: usize| {
             let member = &self.members[i];
             LocalisedVehicle {

@@ -28,8 +28,8 @@ pub(crate) struct Outcome {
 }
 
 impl Scene {
-    /// Sails `figure`, whose axis is counted from the bow.
-    pub(crate) fn sail(&self, figure: &Figure) -> Outcome {
+    /// Sails `figure`, whose axis is counted from the bow; none if it costs `least` or more.
+    pub(crate) fn sail(&self, figure: &Figure, least: f64) -> Option<Outcome> {
         let dt = self.interval / STEPS as f64;
         let (mut position, mut bow) = (Vector2::zeros(), Vector2::new(1.0, 0.0));
         let mut covariances: SmallVec<[Matrix2<f64>; AUVS_MAX]> =
@@ -38,6 +38,7 @@ impl Scene {
             cost: 0.0,
             variances: covariances.iter().map(|_| 0.0).collect(),
         };
+        let n = MEASUREMENTS as f64;
         let (mut energy, mut breaches) = (0.0, 0.0);
         for k in 1..=MEASUREMENTS {
             for step in 0..STEPS {
@@ -64,12 +65,15 @@ impl Scene {
                 Reduce::Mean => sum,
                 Reduce::Max => largest + MEAN_BESIDE_MAX * sum,
             };
+            // What is still to come only adds.
+            if least * n <= outcome.cost {
+                return None;
+            }
         }
-        let n = MEASUREMENTS as f64;
         let price =
             self.tuned.energy_price * energy / (n * STEPS as f64) + self.tuned.breach_price * breaches / n;
         outcome.cost *= (1.0 + price) / n;
-        outcome
+        (outcome.cost < least).then_some(outcome)
     }
 
     /// Moves the craft towards the figure for `dt`, s; its speed through the water, m/s.

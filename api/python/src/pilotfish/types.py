@@ -426,12 +426,51 @@ class FieldError(TypedDict):
     pointer: str
 
 
+class Figure(TypedDict):
+    """The figure that the craft sails for a goal of the kind `localise`: an ellipse about a point that moves with
+    the mean of the vehicles. The next request needs it in `previous_plan`.
+    """
+
+    # Its centre ahead of the vehicles' mean, along the axis, m.
+    ahead_m: float
+    # Direction of its axis, rad, clockwise from north.
+    axis_rad: float
+    # Present mean of the vehicles, east of the datum, m.
+    east_m: float
+    # Its shape.
+    kind: FigureKind
+    # Present mean of the vehicles, north of the datum, m.
+    north_m: float
+    # Present phase of the goal on the ellipse, rad, clockwise from the axis.
+    phase_rad: float
+    # Rate of the phase, rad/s: positive clockwise, which keeps the vehicles to starboard.
+    rate_radps: float
+    # Semi-axis along the axis, m.
+    semi_ahead_m: float
+    # Semi-axis across it, m.
+    semi_starboard_m: float
+    # One sentence that explains the figure to the operator.
+    sentence: str
+    # Its centre to starboard of that axis, m.
+    starboard_m: float
+    # The vehicles.
+    vehicles: list[LocalisedVehicle]
+
+
+# Shape of a figure.
+FigureKind: TypeAlias = Literal["above", "circle", "ellipse", "zigzag_astern", "zigzag_abeam"]
+
+
+# A measurement between the craft and an underwater vehicle.
+Fixes: TypeAlias = Literal["range", "usbl"]
+
+
 # Forecast of the underwater vehicles.
 Forecast: TypeAlias = Literal["auto", "declared", "hold", "constant_velocity", "constant_turn", "path"]
 
 
 # The goal of the surface craft. `kind` determines the other members.
-Goal: TypeAlias = "GoalIntermittent | GoalMidpoint | GoalRange | GoalTrack | GoalVisit | GoalWeighted"
+Goal: TypeAlias = "GoalIntermittent | GoalLocalise | GoalMidpoint | GoalRange | GoalTrack | GoalVisit | GoalWeighted"
 
 
 class GoalIntermittent(TypedDict):
@@ -446,6 +485,33 @@ class GoalIntermittent(TypedDict):
     kind: Literal["intermittent"]
     # Desired position relative to the followed point. Default: right above it.
     offset: NotRequired[Offset | None]
+
+
+class GoalLocalise(TypedDict):
+    """Vehicles that the surface craft visits; the planner chooses the order and the times."""
+
+    # The vehicles to serve, in any order.
+    auvs: list[str]
+    # Cost of an unserved vehicle; its age if left out.
+    cost: NotRequired[VisitCost | None]
+    # Known present costs, by name, in the unit of the cost, for example from a modem that counts uploaded data;
+    # those in `previous_plan`, advanced to now, else of vehicles just served if left out.
+    costs_now: NotRequired[dict[str, float] | None]
+    # Least time with a vehicle, s; 0 for `age`, else 30 if left out.
+    dwell_min_s: NotRequired[float | None]
+    kind: Literal["localise"]
+    # The vehicle to visit next, until `previous_plan` says that its visit is over; that of least cost if left out.
+    next: NotRequired[str | None]
+    # Desired position relative to the followed point. Default: right above it.
+    offset: NotRequired[Offset | None]
+    # The mean of the costs counts, or the largest; `mean` if left out.
+    reduce: NotRequired[Reduce | None]
+    # Deadlines of service by name, s on the craft's clock; none if left out.
+    serve_by_s: NotRequired[dict[str, float] | None]
+    # Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
+    weights: NotRequired[dict[str, float] | None]
+    # Largest horizontal distance of service, m; 20 if left out.
+    within_m: NotRequired[float | None]
 
 
 class GoalMidpoint(TypedDict):
@@ -707,6 +773,45 @@ class LiveAuv(TypedDict):
     id: str
     # Its path, if known.
     path: NotRequired[Path | None]
+
+
+class Localise(TypedDict):
+    """Vehicles that the surface craft localises; the planner chooses the figure that it sails."""
+
+    # The vehicles to localise, in any order.
+    auvs: list[str]
+    # Known present variances of the vehicles' own navigation, north plus east, by name, m²; the covariance of the
+    # `state`, or of the estimate from `reports`, if left out.
+    costs_now: NotRequired[dict[str, float] | None]
+    # What a vehicle measures of the craft, or the craft of it; `range` if left out.
+    fixes: NotRequired[Fixes | None]
+    # Growth of a vehicle's variance along either axis between measurements, m²/s.
+    growth_m2ps: float
+    # Time between two measurements of a vehicle, s; 10 if left out.
+    interval_s: NotRequired[float | None]
+    # The mean of the variances counts, or the largest; `mean` if left out.
+    reduce: NotRequired[Reduce | None]
+    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
+    sigma_m: NotRequired[float | None]
+    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+    sigma_rad: NotRequired[float | None]
+    # Least horizontal distance to each of the vehicles, m; 0 if left out.
+    stand_off_m: NotRequired[float | None]
+    # Relative weight of each vehicle's variance; 1 if left out. 0 excludes a vehicle.
+    weights: NotRequired[dict[str, float] | None]
+
+
+class LocalisedVehicle(TypedDict):
+    """Expected uncertainty of a vehicle's own navigation, or of its estimate."""
+
+    # The vehicle.
+    auv: str
+    # The same if the craft stayed above the mean of the vehicles.
+    sigma_above_m: float
+    # The same over the coming minutes, on the figure.
+    sigma_m: float
+    # Root-mean-square horizontal error now, m. Absent if unknown; 20 m along either axis is then assumed.
+    sigma_now_m: NotRequired[float | None]
 
 
 # Origin of an answer: a fallback level, or a comparison-only law.
@@ -985,6 +1090,8 @@ class PlanResponse(TypedDict):
     craft_estimate: CraftEstimate
     # The current that was used, if it is known. The next request needs it in `previous_plan`.
     current: NotRequired[Current | None]
+    # The figure that the craft sails, for a goal of the kind `localise`.
+    figure: NotRequired[Figure | None]
     # Expected positions of the goal.
     goal: GoalTrajectory
     # Last course of the point that the goal follows, without its offset, rad, in (−π, π].
@@ -1195,6 +1302,8 @@ class Prediction(TypedDict):
     craft: PredictedCraft
     # Current (north, east) that the plan uses, m/s, if known.
     current: NotRequired[list[float] | None]
+    # The figure that the craft sails, for a goal of the kind `localise`.
+    figure: NotRequired[Figure | None]
     # Expected positions of the goal.
     goal: list[list[float]]
     # Trajectory of the line-of-sight law.
@@ -1253,6 +1362,8 @@ class PreviousPlan(TypedDict):
     # Its current. If the request has a ground velocity and no current, the estimate of the current, averaged over
     # half a minute, starts from this one.
     current: NotRequired[Current | None]
+    # Its figure, for a goal of the kind `localise`. Without it, nothing stabilises the figure.
+    figure: NotRequired[Figure | None]
     # Course of the followed point when it last moved, rad, within ±2π.
     goal_course_rad: NotRequired[float | None]
     # Position of its datum on Earth; equal to the request's `origin` if both are given.
@@ -1270,8 +1381,8 @@ class PreviousPlan(TypedDict):
 class PreviousReference(TypedDict):
     """The reference of the last answer."""
 
-    # Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at most 9.7°, or
-    # by half of the craft's largest turn if that is more, unless a keep-out is ahead.
+    # Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at most 9.7°, or by
+    # half of the craft's largest turn if that is more, unless a keep-out is ahead.
     heading_rad: NotRequired[float | None]
     # Speed through the water, m/s.
     speed_mps: float
