@@ -13,6 +13,8 @@ import { flown, PROGRAM, startService } from "./service.mjs";
 /** A point is left out if the line without it misses it by less than this share of the extent. */
 const MISS_MAX = 0.02;
 const MARGIN = 10;
+/** Scenarios whose goal is where the planner chooses. */
+const VISITS = /^(visit|localise)-/;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
 /** A law that goes round the goal and not to it is no opponent. */
@@ -28,11 +30,11 @@ try {
   const scenarios = [];
   for (const [name, title] of listed) {
     const old = before.find((scenario) => scenario.name === name);
-    // Where the goal visits, there is no distance to compare.
-    if (check && name.startsWith("visit-")) continue;
+    // Where the goal visits or localises, there is no distance to compare.
+    if (check && VISITS.test(name)) continue;
     if (check && (!old.law || old.law === AROUND)) throw new Error(`${name}: no law that goes to the goal was tuned for it: .ci/page-test --draw`);
     // Tuning takes minutes in some scenarios: a check flies with the gains that are written.
-    scenarios.push({ name, title, ...await drawn(name, name.startsWith("visit-") ? {} : check ? { law: old.law, gains: old.gains } : tuned(name)) });
+    scenarios.push({ name, title, ...await drawn(name, VISITS.test(name) ? {} : check ? { law: old.law, gains: old.gains } : tuned(name)) });
     const made = scenarios.at(-1);
     for (const [k, now] of (check && made.rms_m || []).entries()) {
       const then = old.rms_m[k];
