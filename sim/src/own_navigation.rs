@@ -14,7 +14,7 @@ const LAUNCH_SIGMA: f64 = 1.0;
 /// Standard deviations of its prediction beyond which a filter refuses a measurement.
 const GATE: f64 = 4.0;
 
-/// What is wrong with the measurements beside their noise.
+/// Faults of the measurements beside their noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RangingFaults {
     /// Share that does not arrive.

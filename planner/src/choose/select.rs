@@ -128,8 +128,8 @@ pub(crate) fn select_answer(
     }
 }
 
-/// The goal of `snapshot`, on its figure if it localises AUVs, and its schedule if it visits them; `held` as in
-/// [`GoalForecast::holding`].
+/// The goal of `snapshot`, on its figure if it localises AUVs, and its schedule if it visits them;
+/// `held` as in [`GoalForecast::holding`].
 pub fn scheduled_goal(
     snapshot: &Snapshot,
     parameters: &Parameters,

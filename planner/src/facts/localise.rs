@@ -19,7 +19,7 @@ pub struct Localise<N = f64> {
     /// The vehicles to localise, in any order.
     #[schema(value_type = Vec<String>)]
     pub auvs: Vec<VehicleId>,
-    /// What a vehicle measures of the craft, or the craft of it; `range` if left out.
+    /// Measurement between each vehicle and the craft; `range` if left out.
     #[serde(default)]
     #[schema(value_type = Option<Fixes>)]
     pub fixes: Fixes,

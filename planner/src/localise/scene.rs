@@ -31,7 +31,7 @@ pub(crate) struct Member {
     pub(crate) track: Vec<(Vector2<f64>, f64)>,
 }
 
-/// What all trials have in common.
+/// The situation that all trials share.
 #[derive(Clone, Debug)]
 pub(crate) struct Scene {
     pub(crate) tuned: LocaliseNumbers,

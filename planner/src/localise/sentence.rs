@@ -2,7 +2,7 @@
 
 use crate::facts::localise::{Figure, FigureKind};
 
-/// What the craft sails about which AUVs, and what that is worth.
+/// Names the figure, its AUVs, and its worth.
 pub(crate) fn sentence(figure: &Figure) -> String {
     let about = match &figure.vehicles[..] {
         [one] => one.auv.to_string(),

@@ -214,7 +214,7 @@ numbers! {
         /// Fewest repetitions of a pattern. Behind random way-points of a weaving vehicle the craft is
         /// 1.08 times as far off as by the law (worst 1.17), without this 1.11 (1.32).
         times_min = 2.2,
-        /// What counts against a pattern that explains the whole track, in repetitions: it may end. With
+        /// Weight against a pattern that explains the whole track, in repetitions: it may end. With
         /// 0.1 to 0.5, errors of 20 to 60 s differ by less than 1 %.
         pattern_ends = 0.2,
 

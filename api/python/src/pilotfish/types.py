@@ -783,7 +783,7 @@ class Localise(TypedDict):
     # Known present variances of the vehicles' own navigation, north plus east, by name, m²; the covariance of the
     # `state`, or of the estimate from `reports`, if left out.
     costs_now: NotRequired[dict[str, float] | None]
-    # What a vehicle measures of the craft, or the craft of it; `range` if left out.
+    # Measurement between each vehicle and the craft; `range` if left out.
     fixes: NotRequired[Fixes | None]
     # Growth of a vehicle's variance along either axis between measurements, m²/s.
     growth_m2ps: float
