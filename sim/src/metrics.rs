@@ -6,8 +6,7 @@ use nalgebra::Vector2;
 use planner::{los::Reference, plan::Method, snapshot::KeepOut};
 use serde::Serialize;
 
-use crate::own_navigation::NavigationRow;
-use crate::record::{AuvRow, Record, Row, SurfaceCraftRow};
+use crate::record::{AuvRow, NavigationRow, Record, Row, SurfaceCraftRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]

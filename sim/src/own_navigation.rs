@@ -6,7 +6,9 @@ use planner::snapshot::{Fixes, Goal, Localise};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::{fault::Behaviour, observe::normal_pair, surface_craft::SurfaceCraft, world::World};
+use crate::{
+    fault::Behaviour, observe::normal_pair, record::NavigationRow, surface_craft::SurfaceCraft, world::World,
+};
 
 /// Standard deviation of a launch position along either axis, m. Assumption: that of GNSS.
 const LAUNCH_SIGMA: f64 = 1.0;
@@ -39,17 +41,6 @@ pub struct OwnNavigation {
     /// Times of the last call and of the next measurement, s.
     then: f64,
     next: f64,
-}
-
-/// The navigation of an AUV at one instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NavigationRow {
-    /// True error of its position estimate, m.
-    pub error: f64,
-    /// Root-mean-square error that its filter states, m.
-    pub sigma: f64,
-    /// Squared error over its stated covariance; 2 on average of a consistent filter.
-    pub nees: f64,
 }
 
 impl OwnNavigation {

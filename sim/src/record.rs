@@ -8,7 +8,7 @@ use planner::{
     snapshot::{KeepOut, Limits},
 };
 
-use crate::{fault::Fault, own_navigation::NavigationRow, plant::Plant};
+use crate::{fault::Fault, plant::Plant};
 
 mod rows;
 
@@ -196,6 +196,17 @@ pub struct Service {
     pub served: bool,
     /// `true` once its deadline passed before its first service.
     pub late: bool,
+}
+
+/// The navigation of an AUV at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NavigationRow {
+    /// True error of its position estimate, m.
+    pub error: f64,
+    /// Root-mean-square error that its filter states, m.
+    pub sigma: f64,
+    /// Squared error over its stated covariance; 2 on average of a consistent filter.
+    pub nees: f64,
 }
 
 /// References of an underwater vehicle.
