@@ -37,14 +37,9 @@ pub(crate) fn ask(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
     let body = fs::read_to_string(snapshot).map_err(|error| format!("{snapshot}: {error}"))?;
 
     // A refusal has a problem document as its body, so it is read like any other answer.
-    let agent: ureq::Agent = ureq::Agent::config_builder()
-        .http_status_as_error(false)
-        .proxy(None)
-        .build()
-        .into();
-    let post = agent
-        .post(format!("{url}/v1/plan"))
-        .content_type("application/json");
+    let agent: ureq::Agent =
+        ureq::Agent::config_builder().http_status_as_error(false).proxy(None).build().into();
+    let post = agent.post(format!("{url}/v1/plan")).content_type("application/json");
     let mut response = post.send(body).map_err(|error| {
         format!("{url}: {error}. Is the server running? `cargo run --release` starts one.")
     })?;
@@ -53,11 +48,7 @@ pub(crate) fn ask(arguments: &Arguments) -> Result<String, Box<dyn Error>> {
         return Err(format!("the snapshot was refused: {answer:#}").into());
     }
 
-    let reference = |name| {
-        answer["reference"][name]
-            .as_f64()
-            .ok_or("the answer has no reference")
-    };
+    let reference = |name| answer["reference"][name].as_f64().ok_or("the answer has no reference");
     let (speed, heading) = (reference("speed_mps")?, reference("heading_deg")?);
     Ok(format!("speed {speed:.2} m/s, heading {heading:.1}°"))
 }

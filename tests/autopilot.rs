@@ -75,21 +75,14 @@ pub struct Boat {
 
 /// A frame of `system`'s autopilot.
 pub fn frame(system: u32, message: &MavMessage) -> Vec<u8> {
-    let header = MavHeader {
-        system_id: system,
-        component_id: 1,
-        sequence: 0,
-    };
+    let header = MavHeader { system_id: system, component_id: 1, sequence: 0 };
     let mut raw = MAVLinkV2MessageRaw::new();
     raw.serialize_message(header, message);
     raw.raw_bytes().to_vec()
 }
 
 /// `GLOBAL_POSITION_INT` of a vehicle at `position` (north, east), m.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "the message's integers are that wide"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "the message's integers are that wide")]
 pub fn place(position: &Vector2<f64>, velocity: &Vector2<f64>, heading: Option<f64>) -> MavMessage {
     let [lat_deg, lon_deg] = ORIGIN;
     let lon_scale = METRES_PER_DEGREE * lat_deg.to_radians().cos();
@@ -153,9 +146,7 @@ impl Boat {
                 }));
             }
             MavMessage::PARAM_REQUEST_READ(asked) => {
-                let known = PARAMETERS
-                    .iter()
-                    .find(|(name, _)| asked.param_id.to_str() == Ok(name));
+                let known = PARAMETERS.iter().find(|(name, _)| asked.param_id.to_str() == Ok(name));
                 answers.extend(known.map(|(_, value)| {
                     MavMessage::PARAM_VALUE(PARAM_VALUE_DATA {
                         param_value: *value,
@@ -176,9 +167,7 @@ impl Boat {
             Some((speed, heading, _)) if may_run => (speed, heading),
             _ => (0.0, self.heading),
         };
-        let turn = (heading - self.heading)
-            .sin()
-            .atan2((heading - self.heading).cos());
+        let turn = (heading - self.heading).sin().atan2((heading - self.heading).cos());
         if !self.is_rudder_stuck {
             self.yaw_rate = (turn / self.heading_time.max(dt)).clamp(-self.turn_rate_max, self.turn_rate_max);
         }

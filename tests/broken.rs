@@ -8,26 +8,19 @@ use serde_json::{Value, json};
 pub type Breaker = fn(&str, &mut ChaCha8Rng) -> Vec<u8>;
 
 /// Every way of breaking a body.
-pub const BREAKERS: [Breaker; 6] = [
-    truncated,
-    scrambled,
-    wrong_type,
-    strange_number,
-    wrong_member,
-    excessive,
-];
+pub const BREAKERS: [Breaker; 6] =
+    [truncated, scrambled, wrong_type, strange_number, wrong_member, excessive];
 
 /// Every place in a document, as pointers; the root is the empty one.
 fn places(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_owned());
     match value {
-        Value::Array(items) => items
-            .iter()
-            .enumerate()
-            .for_each(|(i, item)| places(item, &format!("{at}/{i}"), found)),
-        Value::Object(members) => members
-            .iter()
-            .for_each(|(name, member)| places(member, &format!("{at}/{name}"), found)),
+        Value::Array(items) => {
+            items.iter().enumerate().for_each(|(i, item)| places(item, &format!("{at}/{i}"), found))
+        }
+        Value::Object(members) => {
+            members.iter().for_each(|(name, member)| places(member, &format!("{at}/{name}"), found))
+        }
         _ => {}
     }
 }
@@ -42,8 +35,7 @@ pub fn places_of(value: &Value, such: fn(&Value) -> bool) -> Vec<String> {
 
 /// Any one of them.
 pub fn pick<'a, T>(rng: &mut ChaCha8Rng, list: &'a [T]) -> &'a T {
-    list.choose(rng)
-        .expect("the list is a constant or comes from an example")
+    list.choose(rng).expect("the list is a constant or comes from an example")
 }
 
 /// Ends anywhere before its last brace.
@@ -87,10 +79,8 @@ fn strange_number(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
 fn wrong_member(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let mut value: Value = serde_json::from_str(body).expect("examples are JSON");
     let found = places_of(&value, Value::is_object);
-    let members = value
-        .pointer_mut(pick::<String>(rng, &found))
-        .and_then(Value::as_object_mut)
-        .expect("is an object");
+    let members =
+        value.pointer_mut(pick::<String>(rng, &found)).and_then(Value::as_object_mut).expect("is an object");
     let names: Vec<_> = members.keys().cloned().collect();
     let Some(name) = names.choose(rng) else {
         return b"{\"t_s\":1,\"t_s\":2}".to_vec();

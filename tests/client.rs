@@ -15,11 +15,7 @@ pub const START_S: f64 = 1.8e9;
 
 /// A service on a simulated machine: the same answers on any processor if Tokio's time is paused.
 pub fn simulated_machine() -> Settings {
-    Settings {
-        clock: Clock::simulated(START_S),
-        planners: 2,
-        ..Settings::default()
-    }
+    Settings { clock: Clock::simulated(START_S), planners: 2, ..Settings::default() }
 }
 
 /// An answer, read to its end.
@@ -121,11 +117,7 @@ pub async fn send_to(service: axum::Router, request: Request<Body>) -> Answer {
     let (parts, body) = response.into_parts();
     let bytes = to_bytes(body, ANSWER_BYTES_MAX).await.expect("the body ends");
     let text = String::from_utf8(bytes.to_vec()).expect("answers are UTF-8");
-    Answer {
-        status: parts.status,
-        headers: parts.headers,
-        text,
-    }
+    Answer { status: parts.status, headers: parts.headers, text }
 }
 
 /// A request without a body.
@@ -155,8 +147,6 @@ pub fn with(mut request: Request<Body>, name: &'static str, value: &str) -> Requ
 
 /// The body of an example.
 pub fn example(name: &str) -> Value {
-    let example = service::examples::EXAMPLES
-        .iter()
-        .find(|example| example.name == name);
+    let example = service::examples::EXAMPLES.iter().find(|example| example.name == name);
     serde_json::from_str(example.expect("the test names an example").body).expect("examples are JSON")
 }

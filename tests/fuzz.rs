@@ -45,9 +45,7 @@ impl Fuzzer {
             }
             let mut answered = Err(String::new());
             until(&mut rng, &mut |stop| answered = self.answered(&body, stop));
-            let how = answered
-                .as_ref()
-                .map_or_else(String::clone, |_| "planned".to_owned());
+            let how = answered.as_ref().map_or_else(String::clone, |_| "planned".to_owned());
             *self.tally.entry(how).or_default() += 1;
             let Ok((request, answer)) = answered else { return };
             let answer: Value = serde_json::from_slice(&answer).expect("answers are JSON");

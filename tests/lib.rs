@@ -24,10 +24,8 @@ use planner::{
 
 /// An AUV at (north, east) metres on a course, at a 50° sawtooth's horizontal 0.193 m/s.
 pub fn auv(id: &str, north: f64, east: f64, course: f64) -> Auv {
-    let state = AuvState {
-        age_s: 0.4,
-        ..AuvState::new(Vector2::new(north, east), 5.0, Course::new(course), 0.193)
-    };
+    let state =
+        AuvState { age_s: 0.4, ..AuvState::new(Vector2::new(north, east), 5.0, Course::new(course), 0.193) };
     Auv::new(id, state)
 }
 
@@ -61,10 +59,7 @@ pub fn observation(goal: Goal) -> PlanRequest {
         craft: Some(medusa()),
         ..PlanRequest::new(
             200.0,
-            Asc {
-                sway_mps: 0.01,
-                ..Asc::new(Vector2::zeros(), Heading::new(0.3), 0.3)
-            },
+            Asc { sway_mps: 0.01, ..Asc::new(Vector2::zeros(), Heading::new(0.3), 0.3) },
             vec![auv("auv-1", 12.0, -3.0, 0.02), auv("auv-2", 10.0, 57.0, 0.0)],
             goal,
         )
@@ -74,22 +69,11 @@ pub fn observation(goal: Goal) -> PlanRequest {
 /// The goals that the planner knows, each with the AUVs of [`observation`].
 pub fn goals() -> [Goal; 5] {
     [
-        Goal::Track {
-            auv: VehicleId("auv-1".into()),
-        },
-        Goal::Intermittent {
-            auvs: both(),
-            dwell_s: 240.0,
-            epoch_s: 0.0,
-        },
+        Goal::Track { auv: VehicleId("auv-1".into()) },
+        Goal::Intermittent { auvs: both(), dwell_s: 240.0, epoch_s: 0.0 },
         Goal::Midpoint { auvs: both() },
-        Goal::Weighted {
-            weights: both().into_iter().zip([0.7, 0.3]).collect(),
-        },
-        Goal::Range {
-            auvs: both(),
-            range_m: 60.0,
-        },
+        Goal::Weighted { weights: both().into_iter().zip([0.7, 0.3]).collect() },
+        Goal::Range { auvs: both(), range_m: 60.0 },
     ]
 }
 
@@ -118,10 +102,7 @@ pub fn answer(snapshot: &Snapshot, plan: &Plan) -> wire::PlanResponse {
 /// The first goal, and a craft that has followed the plan made `age` seconds ago and hands it back.
 pub fn followed(age: f64) -> PlanRequest {
     let mut observation = observation(goals()[0].clone());
-    let answer = planned(PlanRequest {
-        t_s: observation.t_s - age,
-        ..observation.clone()
-    });
+    let answer = planned(PlanRequest { t_s: observation.t_s - age, ..observation.clone() });
     let mut points = answer.trajectory.iter();
     let now = points.rfind(|point| point.t_s <= observation.t_s);
     let now = now.expect("the plan was made before");
@@ -129,10 +110,7 @@ pub fn followed(age: f64) -> PlanRequest {
     let moved = state(&mut observation, 0).velocity() * age;
     let auv = state(&mut observation, 0);
     [auv.north_m, auv.east_m] = (auv.position() + moved).into();
-    observation.previous_plan = Some(PreviousPlan {
-        reference: None,
-        craft_estimate: None,
-        ..PreviousPlan::from(&answer)
-    });
+    observation.previous_plan =
+        Some(PreviousPlan { reference: None, craft_estimate: None, ..PreviousPlan::from(&answer) });
     observation
 }

@@ -112,9 +112,5 @@ fn start() -> Option<Server> {
     let log = || fs::read_to_string(folder.join("log")).unwrap_or_default();
     let is_ready = printed.is_ok() && said == "ready\n";
     assert!(is_ready, "the server does not start: {}", log());
-    Some(Server {
-        port,
-        certificate,
-        _process: process,
-    })
+    Some(Server { port, certificate, _process: process })
 }

@@ -23,19 +23,13 @@ use rand_chacha::ChaCha8Rng;
 /// A snapshot's facts, different for every seed. Half are usual. In the others, numbers may be at
 /// the edge of their range, vehicles coincide or rest, and an earlier plan be another's.
 pub fn observation(seed: u64) -> PlanRequest {
-    let mut draw = Draw {
-        rng: ChaCha8Rng::seed_from_u64(seed),
-        ugly: seed % 2 == 1,
-    };
+    let mut draw = Draw { rng: ChaCha8Rng::seed_from_u64(seed), ugly: seed % 2 == 1 };
     draw.observation()
 }
 
 /// The planner's levers, each set by every other seed, in the range that a debug build solves.
 pub fn tuning(seed: u64) -> Tuning {
-    let mut draw = Draw {
-        rng: ChaCha8Rng::seed_from_u64(seed),
-        ugly: true,
-    };
+    let mut draw = Draw { rng: ChaCha8Rng::seed_from_u64(seed), ugly: true };
     let mut weight = |usual: f64, accepted: (f64, f64)| {
         let given = draw.number((0.5 * usual, 2.0 * usual), accepted);
         draw.chance(0.5).then_some(given)
@@ -146,9 +140,9 @@ impl Draw {
             craft: Some(craft),
             keep_outs,
             area: area.unwrap_or_default(),
-            acoustics: self.chance(0.4).then(|| Acoustics {
-                range_max_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
-            }),
+            acoustics: self
+                .chance(0.4)
+                .then(|| Acoustics { range_max_m: self.number((20.0, 200.0), (1.0, 2.0e4)) }),
             surfacing_separation_m: self.chance(0.3).then(|| self.number((2.0, 20.0), (0.5, 100.0))),
             forecast: [
                 Forecast::Auto,
@@ -167,25 +161,18 @@ impl Draw {
 
     fn current(&mut self) -> Current {
         let mut axis = || self.number((-0.3, 0.3), (-3.0, 3.0));
-        Current {
-            north_mps: axis(),
-            east_mps: axis(),
-        }
+        Current { north_mps: axis(), east_mps: axis() }
     }
 
     fn asc(&mut self, position: Vector2<f64>) -> Asc {
         Asc {
             sway_mps: self.number((-0.1, 0.1), (-5.0, 5.0)),
             yaw_rate_radps: self.number((-0.3, 0.3), (-3.0, 3.0)),
-            ..Asc::new(
-                position,
-                Heading::new(self.angle()),
-                self.number((0.0, 1.5), (-5.0, 20.0)),
-            )
-            .with_ground_velocity(self.chance(0.3).then(|| {
-                let mut axis = || self.number((-1.5, 1.5), (-25.0, 25.0));
-                Vector2::new(axis(), axis())
-            }))
+            ..Asc::new(position, Heading::new(self.angle()), self.number((0.0, 1.5), (-5.0, 20.0)))
+                .with_ground_velocity(self.chance(0.3).then(|| {
+                    let mut axis = || self.number((-1.5, 1.5), (-25.0, 25.0));
+                    Vector2::new(axis(), axis())
+                }))
         }
     }
 
@@ -201,21 +188,15 @@ impl Draw {
                 turn_rate_radps: self.number((-0.05, 0.05), (-1.0, 1.0)),
                 age_s: self.number((0.0, 60.0), (0.0, 3600.0)),
                 covariance: self.chance(0.3).then(|| {
-                    let (p, v) = (
-                        self.number((0.1, 9.0), (0.0, 1.0e4)),
-                        self.number((0.001, 0.01), (0.0, 1.0)),
-                    );
+                    let (p, v) =
+                        (self.number((0.1, 9.0), (0.0, 1.0e4)), self.number((0.001, 0.01), (0.0, 1.0)));
                     Matrix4::from_diagonal(&Vector4::new(p, p, v, v)).into()
                 }),
                 ..AuvState::new(
                     position,
                     self.number((0.0, 30.0), (-10.0, 12_000.0)),
                     Course::new(course),
-                    if self.chance(0.15) {
-                        0.0
-                    } else {
-                        self.number((0.0, 0.5), (0.0, 10.0))
-                    },
+                    if self.chance(0.15) { 0.0 } else { self.number((0.0, 0.5), (0.0, 10.0)) },
                 )
             };
             Auv::new(id, state)
@@ -237,19 +218,17 @@ impl Draw {
                 let spread = if self.chance(0.05) { 60.0 } else { 2.0 };
                 let there = (position + way).map(|axis| axis.clamp(-9.9e5, 9.9e5));
                 Report {
-                    depth_m: self
-                        .chance(0.5)
-                        .then(|| self.number((0.0, 30.0), (-10.0, 12_000.0))),
+                    depth_m: self.chance(0.5).then(|| self.number((0.0, 30.0), (-10.0, 12_000.0))),
                     turn_rate_radps: self.chance(0.3).then(|| self.number((-0.05, 0.05), (-1.0, 1.0))),
                     ..Report::new(
                         time - age,
                         self.place(there, spread),
                         self.number((0.5, 3.0), (0.05, 100.0)),
                     )
-                    .with_ground_track(self.chance(0.5).then(|| GroundTrack {
-                        course: Course::new(course + 0.1 * self.angle()),
-                        speed,
-                    }))
+                    .with_ground_track(
+                        self.chance(0.5)
+                            .then(|| GroundTrack { course: Course::new(course + 0.1 * self.angle()), speed }),
+                    )
                 }
             })
             .collect()
@@ -293,18 +272,10 @@ impl Draw {
         let named: Vec<_> = auvs.iter().take(n).map(|auv| auv.id.clone()).collect();
         match self.rng.random_range(0..5) {
             3 => Goal::Weighted {
-                weights: named
-                    .into_iter()
-                    .map(|id| (id, self.number((0.1, 1.0), (1.0e-6, 1.0e6))))
-                    .collect(),
+                weights: named.into_iter().map(|id| (id, self.number((0.1, 1.0), (1.0e-6, 1.0e6)))).collect(),
             },
-            4 => Goal::Range {
-                auvs: named,
-                range_m: self.number((20.0, 200.0), (1.0, 2.0e4)),
-            },
-            0 => Goal::Track {
-                auv: named[n - 1].clone(),
-            },
+            4 => Goal::Range { auvs: named, range_m: self.number((20.0, 200.0), (1.0, 2.0e4)) },
+            0 => Goal::Track { auv: named[n - 1].clone() },
             1 => Goal::Midpoint { auvs: named },
             _ => Goal::Intermittent {
                 auvs: named,
@@ -317,10 +288,8 @@ impl Draw {
     /// A rectangle about or beside the craft, or anywhere.
     fn area(&mut self, near: Vector2<f64>) -> Vec<[f64; 2]> {
         let centre = self.place(near, 40.0).map(|axis| axis.clamp(-9.9e5, 9.9e5));
-        let (along, abeam) = (
-            self.number((20.0, 200.0), (1.0, 9.0e3)),
-            self.number((20.0, 200.0), (1.0, 9.0e3)),
-        );
+        let (along, abeam) =
+            (self.number((20.0, 200.0), (1.0, 9.0e3)), self.number((20.0, 200.0), (1.0, 9.0e3)));
         let turn = nalgebra::Rotation2::new(self.angle());
         [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)]
             .map(|(a, b)| (centre + turn * Vector2::new(0.5 * a * along, 0.5 * b * abeam)).into())
@@ -365,11 +334,7 @@ impl Draw {
             craft_estimate,
             current,
             reference,
-            targets: Some(
-                auvs.iter()
-                    .map(|auv| self.previous_target(auv, asc, time))
-                    .collect(),
-            ),
+            targets: Some(auvs.iter().map(|auv| self.previous_target(auv, asc, time)).collect()),
             schedule: None,
             figure: None,
         }
@@ -447,11 +412,7 @@ impl Draw {
         let mut memory: Vec<f64> = Vec::with_capacity(MEMORY_LENGTH);
         let psi = asc.heading().radians();
         let psi = if self.chance(0.8) { psi } else { self.angle() };
-        memory.extend([
-            psi,
-            self.number((-1.0, 2.0), (-6.0, 6.0)),
-            self.number((-0.2, 0.2), (-4.0, 4.0)),
-        ]);
+        memory.extend([psi, self.number((-1.0, 2.0), (-6.0, 6.0)), self.number((-0.2, 0.2), (-4.0, 4.0))]);
         memory.extend(self.covariance());
         let surge = self.number((0.0, 1.5), (-40.0, 40.0));
         memory.extend([
@@ -469,26 +430,17 @@ impl Draw {
             commanded.speed,
         ]);
         memory.extend([(); 2].map(|()| self.number((-6.0, 6.0), (-10.0, 10.0))));
-        memory.extend([
-            self.number((-1.0, 2.0), (-5.0, 5.0)),
-            self.number((0.0, 0.5), (0.0, 100.0)),
-        ]);
+        memory.extend([self.number((-1.0, 2.0), (-5.0, 5.0)), self.number((0.0, 0.5), (0.0, 100.0))]);
         memory.extend([(); 2].map(|()| self.number((-0.3, 0.3), (-3.0, 3.0))));
         memory.push(self.number((0.0, 0.1), (0.0, 100.0)));
         let place = self.place(asc.position(), 2.0);
         memory.extend([place.x, place.y]);
         let alarm = f64::from(u8::from(self.chance(0.3)));
         memory.extend([psi, surge, self.number((0.0, 8.0), (0.0, 1.0e3)), alarm]);
-        memory.extend([
-            self.number((-0.3, 0.3), (-3.0, 3.0)),
-            self.number((-0.3, 0.3), (-40.0, 40.0)),
-        ]);
+        memory.extend([self.number((-0.3, 0.3), (-3.0, 3.0)), self.number((-0.3, 0.3), (-40.0, 40.0))]);
         let nearness = [(); 2].map(|()| self.number((0.0, 100.0), (0.0, 1.0e9)));
         memory.extend(nearness);
-        memory.extend([
-            f64::from(u8::from(self.chance(0.3))),
-            self.number((0.0, 100.0), (0.0, 1.0e12)),
-        ]);
+        memory.extend([f64::from(u8::from(self.chance(0.3))), self.number((0.0, 100.0), (0.0, 1.0e12))]);
         for seen in [psi, surge] {
             memory.extend([seen, seen]);
             memory.extend([(); 2].map(|()| self.number((-0.5, 0.5), (-100.0, 100.0))));
@@ -510,10 +462,7 @@ impl Draw {
         let position = self.place(asc.position(), 100.0);
         let mut axis = |usual: f64, most: f64| self.number((-usual, usual), (-most, most));
         let (north_mps, east_mps) = (axis(0.3, 20.0), axis(0.3, 20.0));
-        let drift = Drift {
-            north_mps: axis(0.1, 3.0),
-            east_mps: axis(0.1, 3.0),
-        };
+        let drift = Drift { north_mps: axis(0.1, 3.0), east_mps: axis(0.1, 3.0) };
         let estimate = PreviousEstimate {
             north_m: position.x,
             east_m: position.y,
@@ -523,12 +472,7 @@ impl Draw {
             turn_rate_radps: self.number((-0.02, 0.02), (-1.0, 1.0)),
             age_s: self.number((0.0, 30.0), (0.0, 3600.0)),
         };
-        let models = [
-            Forecast::ConstantVelocity,
-            Forecast::ConstantTurn,
-            Forecast::Path,
-            Forecast::Hold,
-        ];
+        let models = [Forecast::ConstantVelocity, Forecast::ConstantTurn, Forecast::Path, Forecast::Hold];
         PreviousTarget {
             id: auv.id.clone(),
             estimate: Some(estimate),
@@ -544,14 +488,7 @@ impl Draw {
         let track = self.track(asc, t_s);
         let mut state = |[t_s, north, east]: [f64; 3]| {
             let velocity = [(); 2].map(|()| self.number((-1.0, 1.0), (-1.0e3, 1.0e3)));
-            [
-                t_s,
-                north,
-                east,
-                self.number((0.5, 5.0), (-1.0, 1.0e9)),
-                velocity[0],
-                velocity[1],
-            ]
+            [t_s, north, east, self.number((0.5, 5.0), (-1.0, 1.0e9)), velocity[0], velocity[1]]
         };
         track.into_iter().map(&mut state).collect()
     }
@@ -559,17 +496,11 @@ impl Draw {
     /// Lanes, as a vehicle sails them, or anything.
     fn track(&mut self, asc: &Asc, t_s: f64) -> Vec<[f64; 3]> {
         let start = self.place(asc.position(), 100.0);
-        let (lane, spacing) = (
-            self.number((20.0, 200.0), (0.0, 1.0e9)),
-            self.number((2.0, 40.0), (0.0, 1.0e9)),
-        );
+        let (lane, spacing) =
+            (self.number((20.0, 200.0), (0.0, 1.0e9)), self.number((2.0, 40.0), (0.0, 1.0e9)));
         let n: u32 = self.rng.random_range(0..40);
         let corner = |k: u32| {
-            let north = if k.div_ceil(2).is_multiple_of(2) {
-                0.0
-            } else {
-                lane
-            };
+            let north = if k.div_ceil(2).is_multiple_of(2) { 0.0 } else { lane };
             let time = t_s - 100.0 * f64::from(n - k);
             [time, start.x + north, start.y + spacing * f64::from(k / 2)]
         };

@@ -29,9 +29,7 @@ pub async fn assert_refused(base: &Value, table: &str, send: impl AsyncFn(Value)
     for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {
         let cells = row.split("  ").map(str::trim).filter(|cell| !cell.is_empty());
         let cells: Vec<_> = cells.collect();
-        let [place, value, code, rest @ ..] = &*cells else {
-            panic!("{row}")
-        };
+        let [place, value, code, rest @ ..] = &*cells else { panic!("{row}") };
         let value: Option<Value> = (*value != "absent").then(|| serde_json::from_str(value).expect(row));
         let place = place.trim_start_matches('.');
         let mut body = base.clone();

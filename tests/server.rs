@@ -50,12 +50,7 @@ impl Server {
         printed.read_line(&mut line).expect("prints its URL");
         let (_, address) = line.trim().rsplit_once("://").expect("prints its URL");
         let address = address.split(',').next().unwrap_or_default().to_owned();
-        Self {
-            process,
-            printed: Some(printed),
-            address,
-            data,
-        }
+        Self { process, printed: Some(printed), address, data }
     }
 
     /// The port on which it listens.
@@ -82,10 +77,7 @@ impl Drop for Server {
 pub fn certificate(directory: &Path) -> (String, String) {
     let CertifiedKey { cert, signing_key } =
         generate_simple_self_signed(["localhost".to_owned(), "127.0.0.1".to_owned()]).expect("are names");
-    let files = [
-        ("certificate.pem", cert.pem()),
-        ("key.pem", signing_key.serialize_pem()),
-    ];
+    let files = [("certificate.pem", cert.pem()), ("key.pem", signing_key.serialize_pem())];
     let [certificate, key] = files.map(|(name, text)| {
         let path = directory.join(name);
         fs::write(&path, text).expect("there is room");

@@ -7,11 +7,7 @@ use store::{Acquired, Append, Appended, AuditEntry, EventStore, Member, Room, St
 
 /// An event of a live mission.
 pub fn event(sequence: u64, body: &str) -> StoredEvent {
-    StoredEvent {
-        sequence,
-        kind: "reported".to_owned(),
-        body: body.as_bytes().into(),
-    }
+    StoredEvent { sequence, kind: "reported".to_owned(), body: body.as_bytes().into() }
 }
 
 /// Appends to `mission`: a new one if `events` begin with event 1, else the store's first one.
@@ -30,11 +26,7 @@ pub fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
 
 /// An order of `caller`.
 pub fn order(caller: &str, action: &str) -> AuditEntry {
-    AuditEntry {
-        caller: caller.to_owned(),
-        action: action.to_owned(),
-        ..AuditEntry::default()
-    }
+    AuditEntry { caller: caller.to_owned(), action: action.to_owned(), ..AuditEntry::default() }
 }
 
 /// Appends, and sees that it is stored.
@@ -45,10 +37,7 @@ pub async fn add(store: &EventStore, append: Append) {
 /// The store of a service with that lease, in a database of several.
 pub fn joined_for(url: &str, name: &str, lease: Duration) -> EventStore {
     let url_of_service = format!("http://{name}");
-    let member = Member {
-        url: url_of_service,
-        lease,
-    };
+    let member = Member { url: url_of_service, lease };
     EventStore::open_database(url, Some(member), u64::MAX, &Clock::machine()).expect("opens")
 }
 
@@ -63,9 +52,5 @@ pub fn acquired(store: &EventStore) -> Result<u64, String> {
 
 /// Appends an event to the mission `a`, as its owner with that epoch.
 pub fn at_epoch(epoch: u64, sequence: u64) -> Append {
-    Append {
-        epoch,
-        number: Some(1),
-        ..append("a", vec![event(sequence, "x")])
-    }
+    Append { epoch, number: Some(1), ..append("a", vec![event(sequence, "x")]) }
 }

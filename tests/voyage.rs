@@ -96,11 +96,7 @@ impl Voyage {
     /// The voyage in words: broken claim, faults and newest events.
     pub fn told(&self) -> String {
         let broken = self.broken.as_deref().unwrap_or("every claim holds");
-        let faults: Vec<String> = self
-            .faults
-            .iter()
-            .map(|(kind, n)| format!("{n} {kind}"))
-            .collect();
+        let faults: Vec<String> = self.faults.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
         let mut told = format!(
             "seed {}: {broken}\nfaults: {}\n\n{:>10}  {:<9} event\n",
             self.seed,
@@ -176,13 +172,8 @@ pub fn sail(seed: u64, course: Course) -> Voyage {
     let listen = || course.only.map(|_| log.listen());
     // With one subscriber, the thread that logs first, of any voyage, decides what is logged.
     let (_first, _second) = (listen(), listen());
-    let runtime = Builder::new_current_thread()
-        .enable_time()
-        .start_paused(true)
-        .build();
-    runtime
-        .expect("a runtime starts")
-        .block_on(sailed(seed, course, log.clone()))
+    let runtime = Builder::new_current_thread().enable_time().start_paused(true).build();
+    runtime.expect("a runtime starts").block_on(sailed(seed, course, log.clone()))
 }
 
 /// Sails the voyages of `seeds` on this many threads, else one on each processor, while `goes_on`.
@@ -211,9 +202,7 @@ pub fn sail_all(
     thread::scope(|scope| {
         let workers: Vec<_> = (0..jobs).map(|_| scope.spawn(work)).collect();
         let joined = workers.into_iter().map(thread::ScopedJoinHandle::join);
-        joined
-            .flat_map(|voyages| voyages.unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-            .collect()
+        joined.flat_map(|voyages| voyages.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
     })
 }
 
@@ -314,10 +303,7 @@ async fn suffer(
             continue;
         };
         let fault = &faults[number];
-        world.note(
-            "fault",
-            format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind),
-        );
+        world.note("fault", format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind));
         if begins && fault.kind.leaves_another() {
             replaced[number] = world.now().is_quiet() && host.is_replaced(fault.service);
         }

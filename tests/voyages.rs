@@ -49,11 +49,7 @@ fn main() -> ExitCode {
     if arguments.shown {
         for kind in Kind::SHOWN {
             let (only, is_shared) = (Some(kind), Some(false));
-            let alone = Course {
-                only,
-                is_shared,
-                ..course
-            };
+            let alone = Course { only, is_shared, ..course };
             for shown in sail(arguments.first, alone).shown {
                 println!("{}", serde_json::to_string(&shown).expect("is JSON"));
             }

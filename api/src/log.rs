@@ -47,9 +47,7 @@ pub(crate) fn start(directives: &str, format: &str, traces: Option<BoxedLayer>) 
         lines.with_writer(move || OneLine(writer.clone())).boxed()
     };
     let layers: Vec<BoxedLayer> = [lines].into_iter().chain(traces).collect();
-    tracing_subscriber::registry()
-        .with(layers.with_filter(filter))
-        .init();
+    tracing_subscriber::registry().with(layers.with_filter(filter)).init();
     // The standard hook waits for the reader of standard error.
     std::panic::set_hook(Box::new(log_panic));
     guard
@@ -149,10 +147,7 @@ mod tests {
             "low battery\n2026-01-01T00:00:00Z  INFO pilotfish: all is well\r\u{1b}[2J\u{85}\u{2028}end";
         let lines = logged(|| tracing::warn!(text, %text, "{text}"));
         assert_eq!(lines.matches('\n').count(), 1, "{lines}");
-        assert!(
-            lines.ends_with('\n') && lines.contains("low battery\\n2026"),
-            "{lines}"
-        );
+        assert!(lines.ends_with('\n') && lines.contains("low battery\\n2026"), "{lines}");
         let visible = |c: char| c == '\n' || !(c.is_control() || SEPARATORS.contains(&c));
         assert!(lines.chars().all(visible), "{lines:?}");
     }
@@ -170,9 +165,6 @@ mod tests {
         let n = lines.lines().count();
         // One a second: a slow machine may take several seconds.
         assert!((1..50).contains(&n), "{lines}");
-        assert!(
-            lines.contains("panicked: number 0\\nof many") && lines.contains("log.rs:"),
-            "{lines}"
-        );
+        assert!(lines.contains("panicked: number 0\\nof many") && lines.contains("log.rs:"), "{lines}");
     }
 }

@@ -16,10 +16,7 @@ use tracing_opentelemetry::{OpenTelemetryLayer, OpenTelemetrySpanExt as _};
 use tracing_subscriber::registry::LookupSpan;
 
 /// Variables that name a collector. Without one there is no tracer.
-const ENDPOINTS: [&str; 2] = [
-    "OTEL_EXPORTER_OTLP_ENDPOINT",
-    "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT",
-];
+const ENDPOINTS: [&str; 2] = ["OTEL_EXPORTER_OTLP_ENDPOINT", "OTEL_EXPORTER_OTLP_TRACES_ENDPOINT"];
 
 /// Longest answer of a collector, bytes.
 const ANSWER_BYTES_MAX: u64 = 4 << 20;
@@ -38,9 +35,7 @@ impl Tracer {
         if off || ENDPOINTS.iter().all(|name| env::var_os(name).is_none()) {
             return None;
         }
-        let exporter = SpanExporter::builder()
-            .with_http()
-            .with_http_client(Client::new());
+        let exporter = SpanExporter::builder().with_http().with_http_client(Client::new());
         let exporter = exporter.build();
         // The log is not set up yet.
         let exporter = exporter.inspect_err(|error| eprintln!("pilotfish: cannot send traces: {error}"));
@@ -48,9 +43,8 @@ impl Tracer {
         if env::var_os("OTEL_SERVICE_NAME").is_none() {
             resource = resource.with_service_name("pilotfish");
         }
-        let provider = SdkTracerProvider::builder()
-            .with_resource(resource.build())
-            .with_batch_exporter(exporter.ok()?);
+        let provider =
+            SdkTracerProvider::builder().with_resource(resource.build()).with_batch_exporter(exporter.ok()?);
         Some(Self(provider.build()))
     }
 
@@ -59,10 +53,7 @@ impl Tracer {
         S: Subscriber + for<'a> LookupSpan<'a>,
     {
         let tracer = self.0.tracer("pilotfish");
-        tracing_opentelemetry::layer()
-            .with_tracer(tracer)
-            .with_location(false)
-            .with_threads(false)
+        tracing_opentelemetry::layer().with_tracer(tracer).with_location(false).with_threads(false)
     }
 }
 
@@ -83,12 +74,7 @@ pub(crate) fn place(
     // Set before the tracer begins the span, which happens when the context is requested.
     span.record("otel.name", name);
     span.record("otel.kind", "server");
-    if let Some(TraceContext {
-        trace,
-        span: parent,
-        sampled,
-    }) = client
-    {
+    if let Some(TraceContext { trace, span: parent, sampled }) = client {
         let parent = SpanContext::new(
             TraceId::from(trace),
             SpanId::from(parent),
@@ -114,9 +100,8 @@ struct Client(ureq::Agent);
 
 impl Client {
     fn new() -> Self {
-        let config = ureq::Agent::config_builder()
-            .timeout_global(Some(EXPORT_TIME))
-            .http_status_as_error(false);
+        let config =
+            ureq::Agent::config_builder().timeout_global(Some(EXPORT_TIME)).http_status_as_error(false);
         Self(config.build().into())
     }
 }

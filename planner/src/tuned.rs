@@ -145,10 +145,7 @@ mod tests {
             ("estimate", "gate", 0.0),
             ("estimate", "gate", f64::NAN),
         ] {
-            assert!(
-                expected.set(table, name, value).is_err(),
-                "{table}.{name} = {value}"
-            );
+            assert!(expected.set(table, name, value).is_err(), "{table}.{name} = {value}");
         }
         assert_eq!(tuned, expected);
     }
@@ -159,14 +156,9 @@ mod tests {
             let t_s = 10.0 * f64::from(k);
             Report::new(t_s, Vector2::new(0.5 * t_s, f64::from(k % 2)), 1.0)
         };
-        let turning = AuvState {
-            turn_rate_radps: 0.02,
-            ..AuvState::new(Vector2::zeros(), 5.0, Course::new(0.0), 0.5)
-        };
-        let auvs = vec![
-            Auv::reported("reports", (0..6).map(report).collect()),
-            Auv::new("state", turning),
-        ];
+        let turning =
+            AuvState { turn_rate_radps: 0.02, ..AuvState::new(Vector2::zeros(), 5.0, Course::new(0.0), 0.5) };
+        let auvs = vec![Auv::reported("reports", (0..6).map(report).collect()), Auv::new("state", turning)];
         let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.5);
         let goal = Goal::Track { auv: "state".into() };
         let request = PlanRequest::new(50.0, asc, auvs, goal);
@@ -179,9 +171,6 @@ mod tests {
         assert_eq!(seen(&tuned), (0, ForecastModel::ConstantTurn));
         (tuned.estimate.gate, tuned.forecast.turn_rate_straight) = (1.0e-6, 0.1);
         let (rejected, model) = seen(&tuned);
-        assert!(
-            0 < rejected && model == ForecastModel::ConstantVelocity,
-            "{rejected}"
-        );
+        assert!(0 < rejected && model == ForecastModel::ConstantVelocity, "{rejected}");
     }
 }

@@ -14,18 +14,12 @@ const RANGE: f64 = 300.0;
 const BACK_OFF: f64 = 8.0;
 
 fn auv(id: &str, east: f64) -> Auv {
-    Auv::new(
-        id,
-        AuvState::new(Vector2::new(0.0, east), 5.0, Course::new(0.0), 0.2),
-    )
+    Auv::new(id, AuvState::new(Vector2::new(0.0, east), 5.0, Course::new(0.0), 0.2))
 }
 
 /// A craft that tracks the first AUV, at the datum; the others are at these distances to the east.
 fn scene(craft: Vector2<f64>, others: &[f64]) -> PlanRequest {
-    let others = ["b", "c", "d"]
-        .into_iter()
-        .zip(others)
-        .map(|(id, east)| auv(id, *east));
+    let others = ["b", "c", "d"].into_iter().zip(others).map(|(id, east)| auv(id, *east));
     let auvs = std::iter::once(auv("a", 0.0)).chain(others).collect();
     let asc = Asc::new(craft, Heading::new(0.0), 0.3);
     PlanRequest {
@@ -63,10 +57,8 @@ fn after_ten_minutes(mut observation: PlanRequest) -> (PlanRequest, Plan) {
             state(&mut observation, auv).north_m = 0.2 * next.t_s;
         }
         // A craft set on its plan responds to no reference: nothing can be learnt.
-        observation.previous_plan = Some(PreviousPlan {
-            craft_estimate: None,
-            ..PreviousPlan::from(&answer)
-        });
+        observation.previous_plan =
+            Some(PreviousPlan { craft_estimate: None, ..PreviousPlan::from(&answer) });
         answer = planned(&observation);
     }
     (observation, answer)
@@ -109,10 +101,7 @@ fn a_range_compatible_with_the_goal_is_kept() {
     let (observation, answer) = after_ten_minutes(scene(Vector2::zeros(), &[1.5 * RANGE]));
     assert_eq!(answer.range_unattainable, [0; 0]);
     let (to_goal, to_other) = (apart(&observation, 0), apart(&observation, 1));
-    assert!(
-        (0.0..4.0 * BACK_OFF).contains(&(to_goal - 0.5 * RANGE)),
-        "{to_goal} m"
-    );
+    assert!((0.0..4.0 * BACK_OFF).contains(&(to_goal - 0.5 * RANGE)), "{to_goal} m");
     assert!(to_other < RANGE, "{to_other} m");
 }
 
@@ -177,11 +166,7 @@ fn an_auv_silent_for_an_hour_binds_nothing_unless_the_goal_needs_it() {
 #[test]
 fn a_silent_auv_in_turn_is_held_in_its_turn_alone() {
     let mut scene = scene(Vector2::new(0.0, 100.0), &[30.0]);
-    scene.goal.goal = Goal::Intermittent {
-        auvs: ids(&scene),
-        dwell_s: 240.0,
-        epoch_s: 0.0,
-    };
+    scene.goal.goal = Goal::Intermittent { auvs: ids(&scene), dwell_s: 240.0, epoch_s: 0.0 };
     state(&mut scene, 1).age_s = 5.0e3;
     for (time, held) in [(0.0, false), (200.0, false), (240.0, true), (480.0, false)] {
         scene.t_s = time;

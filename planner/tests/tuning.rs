@@ -9,16 +9,8 @@ use pilotfish_planner::solve::{Solution, Solvers};
 use serde_json::json;
 
 /// All examples except the visits, whose schedule has its own horizon.
-const EXAMPLES: [&str; 8] = [
-    "about-face",
-    "cross-current",
-    "crowded",
-    "intermittent",
-    "midpoint",
-    "offset",
-    "range",
-    "track",
-];
+const EXAMPLES: [&str; 8] =
+    ["about-face", "cross-current", "crowded", "intermittent", "midpoint", "offset", "range", "track"];
 
 /// Relative distance of a partial term from its optimum by the solver's tolerance.
 const FLATNESS: f64 = 1e-3;
@@ -125,21 +117,14 @@ fn a_horizon_of_another_length_continues_the_previous_plan_in_one_workspace() {
         let place = from.position().lerp(&to.position(), 1.0 / (to.t_s - from.t_s));
         (request.t_s, request.asc.north_m, request.asc.east_m) = (now, place.x, place.y);
         request.previous_plan = Some(PreviousPlan::from(&before));
-        let tuning = Tuning {
-            steps_s: Some(vec![step; n.into()]),
-            ..Tuning::default()
-        };
+        let tuning = Tuning { steps_s: Some(vec![step; n.into()]), ..Tuning::default() };
         let snapshot = with(tuning, &request);
         let answer = plan(&snapshot, &Parameters::default(), &mut workspace);
         assert_eq!(answer.degraded, None);
         assert_eq!(answer.trajectory.len(), usize::from(n) + 1);
         let last = answer.trajectory[usize::from(n)].t_s;
         assert!((last - now - step * f64::from(n)).abs() < 1e-9);
-        assert_eq!(
-            digits(&planned(&snapshot)),
-            digits(&answer),
-            "the workspace shows"
-        );
+        assert_eq!(digits(&planned(&snapshot)), digits(&answer), "the workspace shows");
         // The reference turns from the previous one no faster than the craft.
         let turned = answer.reference.heading.radians() - before.reference.heading.radians();
         assert!(turned.abs() < 0.2, "{n} steps: {turned}");
@@ -223,10 +208,7 @@ fn a_larger_weight_makes_its_term_smaller_at_the_convex_optimum() {
             let terms: Vec<f64> = values.iter().map(value).collect();
             let tolerance = FLATNESS * terms[0].max(1e-3);
             let falls = terms.is_sorted_by(|before, after| *after <= before + tolerance);
-            assert!(
-                falls && terms[terms.len() - 1] < 0.99 * terms[0],
-                "{name}, {weight}: {terms:?}"
-            );
+            assert!(falls && terms[terms.len() - 1] < 0.99 * terms[0], "{name}, {weight}: {terms:?}");
         }
     }
 }
@@ -235,11 +217,7 @@ fn a_larger_weight_makes_its_term_smaller_at_the_convex_optimum() {
 #[test]
 fn a_price_of_energy_is_solved_for_any_declared_power() {
     let none = json!({});
-    for power in [
-        &none,
-        &json!({ "linear_w_per_mps": 50.0 }),
-        &json!({ "cubic_w_per_mps3": 1e-9 }),
-    ] {
+    for power in [&none, &json!({ "linear_w_per_mps": 50.0 }), &json!({ "cubic_w_per_mps3": 1e-9 })] {
         let mut request = example("intermittent");
         request.craft = Some(serde_json::from_value(json!({ "power": power })).expect("is a craft"));
         for weight in [0.01, 1.0, 10.0] {

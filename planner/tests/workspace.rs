@@ -20,16 +20,10 @@ fn shape(n_auvs: usize, n_discs: usize, n_steps: usize) -> Snapshot {
     };
     let auvs: Vec<_> = (0..n_auvs).map(auv).collect();
     let craft = Asc::new(Vector2::zeros(), Heading::new(0.0), 1.0);
-    let goal = Goal::Range {
-        auvs: auvs.iter().map(|auv| auv.id.clone()).collect(),
-        range_m: 500.0,
-    };
+    let goal = Goal::Range { auvs: auvs.iter().map(|auv| auv.id.clone()).collect(), range_m: 500.0 };
     let mut request = PlanRequest::new(0.0, craft, auvs, goal);
     request.keep_outs = (0..n_discs).map(|k| KeepOut::new(at(k) * -1.0, 3.0)).collect();
-    request.tuning = Some(Tuning {
-        steps_s: Some(vec![1.0; n_steps]),
-        ..Tuning::default()
-    });
+    request.tuning = Some(Tuning { steps_s: Some(vec![1.0; n_steps]), ..Tuning::default() });
     Snapshot::try_from(request).expect("is valid")
 }
 

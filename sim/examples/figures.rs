@@ -37,10 +37,7 @@ struct Outcome {
 }
 
 fn fly(scenario: &Scenario, seed: u64, figure: Option<FixedFigure>) -> Result<Outcome, Failure> {
-    let parameters = Parameters {
-        figure,
-        ..Parameters::default()
-    };
+    let parameters = Parameters { figure, ..Parameters::default() };
     let record = run(scenario, &mut MpcGuide::new(parameters), seed, &mut |_| {})?;
     let metrics = Metrics::of(&record).surface_craft.ok_or("no craft")?;
     let navigation = metrics.localisation.ok_or("the goal does not localise")?;
@@ -55,12 +52,8 @@ fn fly(scenario: &Scenario, seed: u64, figure: Option<FixedFigure>) -> Result<Ou
 /// The missions of all seeds, on two threads.
 fn fly_all(scenario: &Scenario, seeds: &[u64], figure: Option<FixedFigure>) -> Result<Vec<Outcome>, Failure> {
     let (one, other) = seeds.split_at(seeds.len() / 2);
-    let half = |seeds: &[u64]| {
-        seeds
-            .iter()
-            .map(|seed| fly(scenario, *seed, figure))
-            .collect::<Result<Vec<_>, _>>()
-    };
+    let half =
+        |seeds: &[u64]| seeds.iter().map(|seed| fly(scenario, *seed, figure)).collect::<Result<Vec<_>, _>>();
     let (first, second) = thread::scope(|scope| {
         let first = scope.spawn(|| half(one));
         (first.join(), half(other))
@@ -82,11 +75,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 fn best(scenario: &Scenario, seeds: &[u64], kind: FigureKind) -> Result<FixedFigure, Failure> {
     let mut best: Option<(f64, FixedFigure)> = None;
     let mut is_better = |radius, speed_share| {
-        let figure = FixedFigure {
-            kind,
-            radius,
-            speed_share,
-        };
+        let figure = FixedFigure { kind, radius, speed_share };
         let error = rms(&fly_all(scenario, seeds, Some(figure))?, |outcome| outcome.error);
         let better = best.is_none_or(|(least, _)| error < least);
         if better {
@@ -115,8 +104,7 @@ fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let given = |name: &str, usual: &str| {
         let at = arguments.iter().position(|argument| argument == name);
-        at.and_then(|at| arguments.get(at + 1))
-            .map_or(usual.to_owned(), Clone::clone)
+        at.and_then(|at| arguments.get(at + 1)).map_or(usual.to_owned(), Clone::clone)
     };
     let reported = seeds(&given("--seeds", "200-203"))?;
     let tuned_on = seeds(&given("--tuned-on", "100-101"))?;
@@ -136,31 +124,18 @@ fn main() -> Result<(), Failure> {
         }
         let circle = best(&scenario, &tuned_on, FigureKind::Circle)?;
         let zigzag = best(&scenario, &tuned_on, FigureKind::ZigzagAstern)?;
-        let above = FixedFigure {
-            kind: FigureKind::Above,
-            radius: 0.0,
-            speed_share: 1.0,
-        };
+        let above = FixedFigure { kind: FigureKind::Above, radius: 0.0, speed_share: 1.0 };
         let rows = [
             ("planned".to_owned(), None),
-            (
-                format!("circle {} m, {}", circle.radius, circle.speed_share),
-                Some(circle),
-            ),
-            (
-                format!("zigzag {} m, {}", zigzag.radius, zigzag.speed_share),
-                Some(zigzag),
-            ),
+            (format!("circle {} m, {}", circle.radius, circle.speed_share), Some(circle)),
+            (format!("zigzag {} m, {}", zigzag.radius, zigzag.speed_share), Some(zigzag)),
             ("above".to_owned(), Some(above)),
         ];
         let reference = fly_all(&scenario, &reported, Some(circle))?;
         for (label, figure) in rows {
             let flown = fly_all(&scenario, &reported, figure)?;
-            let ratios: Vec<f64> = flown
-                .iter()
-                .zip(&reference)
-                .map(|(one, other)| one.error / other.error)
-                .collect();
+            let ratios: Vec<f64> =
+                flown.iter().zip(&reference).map(|(one, other)| one.error / other.error).collect();
             let middle = mean(ratios.iter().copied());
             let spread = mean(ratios.iter().map(|ratio| (ratio - middle).powi(2)));
             let n = mean(ratios.iter().map(|_| 1.0)) * reported.len() as f64;

@@ -41,11 +41,7 @@ const PATTERNS: [(&str, &str, &str); 7] = [
         "",
     ),
     ("waypoints", r#"pattern = "waypoints", leg_m = 200"#, ""),
-    (
-        "spiral",
-        r#"pattern = "spiral", leg_m = 250, spacing_m = {uniform = [20, 40]}"#,
-        "",
-    ),
+    ("spiral", r#"pattern = "spiral", leg_m = 250, spacing_m = {uniform = [20, 40]}"#, ""),
     (
         "eights",
         r#"pattern = "figure_of_eight", leg_m = {uniform = [120, 200]}, spacing_m = {uniform = [20, 40]}"#,
@@ -62,22 +58,10 @@ const PATTERNS: [(&str, &str, &str); 7] = [
 /// Name, and members of `tracking_error`.
 const ERRORS: [(&str, &str); 11] = [
     ("none", ""),
-    (
-        "weave-1",
-        "weave = {amplitude_m = 1, period_s = 20, damping = 0.1}",
-    ),
-    (
-        "weave-3",
-        "weave = {amplitude_m = 3, period_s = 40, damping = 0.1}",
-    ),
-    (
-        "weave-4",
-        "weave = {amplitude_m = 4, period_s = 60, damping = 0.1}",
-    ),
-    (
-        "weave-6",
-        "weave = {amplitude_m = 6, period_s = 120, damping = 0.1}",
-    ),
+    ("weave-1", "weave = {amplitude_m = 1, period_s = 20, damping = 0.1}"),
+    ("weave-3", "weave = {amplitude_m = 3, period_s = 40, damping = 0.1}"),
+    ("weave-4", "weave = {amplitude_m = 4, period_s = 60, damping = 0.1}"),
+    ("weave-6", "weave = {amplitude_m = 6, period_s = 120, damping = 0.1}"),
     ("sine-4", "weave = {amplitude_m = 4, period_s = 60}"),
     ("late-5", "turns_late_m = 5"),
     ("late-15", "turns_late_m = 15"),
@@ -89,11 +73,7 @@ const ERRORS: [(&str, &str); 11] = [
 const DECLARED: [(&str, &str, &str); 6] = [
     ("sailed", "paths = true", r#"declares = "sailed""#),
     ("plan", "paths = true", ""),
-    (
-        "plan-20m",
-        "paths = true",
-        "navigation_error = {north_m = 16, east_m = -12}",
-    ),
+    ("plan-20m", "paths = true", "navigation_error = {north_m = 16, east_m = -12}"),
     (
         "plan-drift",
         "paths = true",
@@ -118,11 +98,7 @@ type Failure = Box<dyn Error + Send + Sync>;
 fn scenario(pattern: usize, error: usize, declared: usize) -> Result<Scenario, Failure> {
     let (_, survey, profile) = PATTERNS[pattern];
     let (_, knowledge, auv) = DECLARED[declared];
-    let speed = if profile.is_empty() {
-        "speed_mps = 0.9"
-    } else {
-        profile
-    };
+    let speed = if profile.is_empty() { "speed_mps = 0.9" } else { profile };
     let text = format!(
         r#"
 schema_version = "1"
@@ -202,10 +178,7 @@ impl Belief {
                 covariances[next - 1] * (1.0 - share) + covariances[next] * share,
             )
         };
-        Self {
-            on_path: target.forecast == Forecast::Path,
-            ahead: HORIZONS.map(at),
-        }
+        Self { on_path: target.forecast == Forecast::Path, ahead: HORIZONS.map(at) }
     }
 }
 
@@ -228,17 +201,8 @@ fn fly(scenario: &Scenario, seed: u64, mut planner: Option<MpcGuide>) -> Result<
             beliefs.push(Belief::of(plan));
         }
         let reports = snapshot.auvs[0].reports.iter().flatten();
-        news.push(
-            reports
-                .filter(|report| newest < report.t_s)
-                .copied()
-                .collect::<Vec<_>>(),
-        );
-        newest = news
-            .iter()
-            .flatten()
-            .map(|report| report.t_s)
-            .fold(newest, f64::max);
+        news.push(reports.filter(|report| newest < report.t_s).copied().collect::<Vec<_>>());
+        newest = news.iter().flatten().map(|report| report.t_s).fold(newest, f64::max);
         mission.step(Some((&snapshot, guidance)));
         briefed.get_or_insert(snapshot);
     }
@@ -301,11 +265,8 @@ impl Behind {
                 let dt = report.t_s - at;
                 let forward = Matrix2::new(1.0, dt, 0.0, 1.0);
                 let grown = Matrix2::new(dt.powi(3) / 3.0, dt * dt / 2.0, dt * dt / 2.0, dt) * self.noise;
-                let known = if variance.is_some() {
-                    forward * known * forward.transpose() + grown
-                } else {
-                    known
-                };
+                let known =
+                    if variance.is_some() { forward * known * forward.transpose() + grown } else { known };
                 let gain = known.column(0) / (known.m11 + noise);
                 for (mean, measured) in means.iter_mut().zip(measured) {
                     *mean = forward * *mean;
@@ -338,10 +299,7 @@ impl Behind {
     /// The best on these missions: no neighbour is better.
     fn tuned(missions: &[Heard]) -> Self {
         let score = |behind: Self| mean(missions.iter().map(|heard| rms(&behind.distances(heard))));
-        let gains = LosGains {
-            look_ahead: 5.0,
-            along_track_gain: 0.2,
-        };
+        let gains = LosGains { look_ahead: 5.0, along_track_gain: 0.2 };
         let law = LosTuning {
             law: LosLaw::SaturatedLos,
             gains,
@@ -385,11 +343,7 @@ fn beliefs(missions: &[Flown]) -> String {
         let (place, covariance) = flown.beliefs[second].ahead[k];
         (flown.heard.truth[second + HORIZONS[k]] - place, covariance)
     };
-    let all = || {
-        missions
-            .iter()
-            .flat_map(|flown| settled(flown).map(move |second| (flown, second)))
-    };
+    let all = || missions.iter().flat_map(|flown| settled(flown).map(move |second| (flown, second)));
     let on_path = || all().filter(|(flown, second)| flown.beliefs[*second].on_path);
     let share = |of: usize, whole: usize| 100.0 * seconds(of) / seconds(whole.max(1));
     let wrong = on_path().filter(|(flown, second)| WRONG < miss(flown, *second, 2).0.norm());
@@ -447,10 +401,7 @@ fn main() -> Result<(), Failure> {
     let known = ["--patterns", "--errors", "--declared", "--seeds", "--tuned-on"];
     let pair = |pair: &[String]| match pair {
         [name, value] if known.contains(&name.as_str()) => Ok((name.clone(), value.clone())),
-        _ => Err(format!(
-            "{pair:?}; known are {}, each with a value",
-            known.join(", ")
-        )),
+        _ => Err(format!("{pair:?}; known are {}, each with a value", known.join(", "))),
     };
     let given: HashMap<String, String> = given.chunks(2).map(pair).collect::<Result<_, _>>()?;
     let argument = |name: &str| given.get(name);
@@ -471,10 +422,7 @@ fn main() -> Result<(), Failure> {
             let heard = tuned_on.clone().map(|seed| Ok(fly(&unknown, seed, None)?.heard));
             let heard = heard.collect::<Result<Vec<_>, Failure>>()?;
             let law = Behind::tuned(&heard);
-            let LosGains {
-                look_ahead,
-                along_track_gain,
-            } = law.law.gains;
+            let LosGains { look_ahead, along_track_gain } = law.law.gains;
             eprintln!(
                 "{} {}: {} of {look_ahead} m, {along_track_gain} 1/s behind {} m²/s³",
                 PATTERNS[pattern].0,
@@ -491,9 +439,7 @@ fn main() -> Result<(), Failure> {
                 let flown = flown.collect::<Result<Vec<_>, Failure>>()?;
                 let laws: Vec<Vec<f64>> = flown.iter().map(|flown| law.distances(&flown.heard)).collect();
                 let ratios = flown.iter().zip(&laws);
-                let ratios: Vec<f64> = ratios
-                    .map(|(flown, law)| rms(&flown.distances) / rms(law))
-                    .collect();
+                let ratios: Vec<f64> = ratios.map(|(flown, law)| rms(&flown.distances) / rms(law)).collect();
                 let of = |score: fn(&[f64]) -> f64| {
                     let planner = mean(flown.iter().map(|flown| score(&flown.distances)));
                     (planner, mean(laws.iter().map(|law| score(law))))

@@ -100,10 +100,8 @@ impl LosGuide {
         let (Goal::Visit(_) | Goal::Localise(_)) = &snapshot.goal.goal else {
             return Ok(GoalForecast::holding(snapshot, self.course));
         };
-        let snapshot = snapshot.again(PlanRequest {
-            previous_plan: self.previous_plan(),
-            ..PlanRequest::clone(snapshot)
-        })?;
+        let snapshot = snapshot
+            .again(PlanRequest { previous_plan: self.previous_plan(), ..PlanRequest::clone(snapshot) })?;
         let (goal, schedule) = scheduled_goal(&snapshot, &self.parameters, self.course, &Stop::never());
         let nowhere = TrajectoryPoint::new(snapshot.t_s, Vector2::zeros(), 0.0, Heading::new(0.0));
         self.chosen = Some(PreviousPlan {
@@ -127,10 +125,7 @@ impl Guide for LosGuide {
         let target = goal.at(0.0);
         let current = snapshot.current_after(self.current);
         self.current = current.map(|current| (snapshot.t_s, current));
-        let asc = AscNow {
-            current: current.unwrap_or_else(Vector2::zeros),
-            ..AscNow::from(snapshot)
-        };
+        let asc = AscNow { current: current.unwrap_or_else(Vector2::zeros), ..AscNow::from(snapshot) };
         let limits = snapshot.limits();
         let through_water = self.tracking.steer(snapshot.t_s, &asc, &target, limits);
         let craft = snapshot.craft_prior().craft;
@@ -163,12 +158,7 @@ pub struct MpcGuide {
 impl MpcGuide {
     /// The planner with `parameters`.
     pub fn new(parameters: Parameters) -> Self {
-        Self {
-            parameters,
-            workspace: Workspace::default(),
-            previous: None,
-            last: None,
-        }
+        Self { parameters, workspace: Workspace::default(), previous: None, last: None }
     }
 
     /// The last snapshot of the planner, with its previous plan.
@@ -192,10 +182,7 @@ impl Guide for MpcGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let observation = PlanRequest {
-            previous_plan: self.previous.take(),
-            ..PlanRequest::clone(snapshot)
-        };
+        let observation = PlanRequest { previous_plan: self.previous.take(), ..PlanRequest::clone(snapshot) };
         let snapshot = snapshot.again(observation)?;
         let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
         self.previous = Some(PreviousPlan::from(&plan));

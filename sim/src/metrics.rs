@@ -150,9 +150,7 @@ impl Metrics {
     pub fn of(record: &Record) -> Self {
         Self {
             surface_craft: SurfaceCraftMetrics::of(record),
-            auvs: (0..record.auv_ids.len())
-                .map(|i| AuvMetrics::of(record, i))
-                .collect(),
+            auvs: (0..record.auv_ids.len()).map(|i| AuvMetrics::of(record, i)).collect(),
         }
     }
 }

@@ -283,11 +283,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
         heading: wrap(auv.heading()),
         surge: auv.state[5],
         current: world.water.current(&auv.position(), auv.depth()),
-        reference: AuvReference {
-            surge,
-            pitch,
-            heading: auv.heading_reference(),
-        },
+        reference: AuvReference { surge, pitch, heading: auv.heading_reference() },
         path_point: auv.path_point(),
         along_track: error.s_1,
         cross_track: error.y_1,

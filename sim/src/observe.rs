@@ -157,12 +157,7 @@ impl Observer {
             self.all_telemetry.push(telemetry_of(auv, world));
             self.silent.push(world.faults.is_silent(i, time));
         }
-        acoustics.step(
-            world.periods(),
-            &craft.position(),
-            &self.all_telemetry,
-            &self.silent,
-        );
+        acoustics.step(world.periods(), &craft.position(), &self.all_telemetry, &self.silent);
         self.fixes.clear();
         acoustics.receive(time, &mut self.fixes);
         for fix in &self.fixes {
@@ -195,9 +190,7 @@ impl Observer {
         }
         let current = world.water.current(&craft.position(), 0.0);
         let truth = SurfaceTruth::of(craft, current);
-        let asc = self
-            .sensors
-            .measure(&truth, world.faults.gnss_works(time), interval);
+        let asc = self.sensors.measure(&truth, world.faults.gnss_works(time), interval);
         self.own_error = asc.position() - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
@@ -206,10 +199,7 @@ impl Observer {
             let known = if as_state {
                 Auv::new(auv.id.clone(), received.state(clock))
             } else {
-                Auv::reported(
-                    auv.id.clone(),
-                    received.reports(clock, briefing.messages == Messages::Reports),
-                )
+                Auv::reported(auv.id.clone(), received.reports(clock, briefing.messages == Messages::Reports))
             };
             let declares_none = auv.track.is_some() && Arc::ptr_eq(&auv.declared, &auv.path);
             if !briefing.paths || declares_none {
@@ -239,10 +229,7 @@ impl Observer {
                 clock,
                 asc,
                 auvs,
-                Task {
-                    goal: briefing.goal.clone(),
-                    offset: briefing.offset,
-                },
+                Task { goal: briefing.goal.clone(), offset: briefing.offset },
             )
         };
         Snapshot::with(request, &briefing.tuned, &|| false)
@@ -287,15 +274,12 @@ impl Received {
         let after = messages.partition_point(|earlier| earlier.sent_at <= message.sent_at);
         messages.insert(after, message);
         let newest = self.newest().sent_at;
-        self.messages
-            .retain(|message| newest - message.sent_at <= HISTORY);
+        self.messages.retain(|message| newest - message.sent_at <= HISTORY);
     }
 
     /// The newest message as a state, at time `clock` of the surface craft.
     fn state(&self, clock: f64) -> AuvState {
-        let Message {
-            sent_at, telemetry, ..
-        } = self.newest();
+        let Message { sent_at, telemetry, .. } = self.newest();
         // An AUV that is localised says where it believes to be, and how sure it is.
         let error = telemetry.own.map_or(Vector2::zeros(), |(error, _)| error);
         AuvState {
@@ -303,30 +287,26 @@ impl Received {
             // A slow clock can date a message in the future, which then counts as new.
             age_s: (clock - sent_at).max(0.0),
             covariance: telemetry.own.map(|(_, covariance)| state_covariance(&covariance)),
-            ..AuvState::new(
-                telemetry.position + error,
-                telemetry.depth,
-                telemetry.course,
-                telemetry.speed,
-            )
+            ..AuvState::new(telemetry.position + error, telemetry.depth, telemetry.course, telemetry.speed)
         }
     }
 
     /// All messages as reports, at time `clock` of the surface craft.
     fn reports(&self, clock: f64, course_and_speed: bool) -> Vec<Report> {
-        let report = |message: &Message| Report {
-            depth_m: Some(message.telemetry.depth),
-            turn_rate_radps: course_and_speed.then_some(message.telemetry.turn_rate),
-            ..Report::new(
-                message.sent_at.min(clock),
-                message.telemetry.position,
-                message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX),
-            )
-            .with_ground_track(course_and_speed.then_some(GroundTrack {
-                course: message.telemetry.course,
-                speed: message.telemetry.speed,
-            }))
-        };
+        let report =
+            |message: &Message| Report {
+                depth_m: Some(message.telemetry.depth),
+                turn_rate_radps: course_and_speed.then_some(message.telemetry.turn_rate),
+                ..Report::new(
+                    message.sent_at.min(clock),
+                    message.telemetry.position,
+                    message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX),
+                )
+                .with_ground_track(course_and_speed.then_some(GroundTrack {
+                    course: message.telemetry.course,
+                    speed: message.telemetry.speed,
+                }))
+            };
         self.messages.iter().map(report).collect()
     }
 }
@@ -341,11 +321,7 @@ fn state_covariance(position: &Matrix2<f64>) -> [[f64; 4]; 4] {
 
 /// The speed that AUV number `auv` reports instead of its `speed`, m/s.
 fn reported_speed(auv: usize, speed: f64, world: &World, time: f64) -> f64 {
-    if world.faults.reports_speed_zero(auv, time) {
-        0.0
-    } else {
-        speed
-    }
+    if world.faults.reports_speed_zero(auv, time) { 0.0 } else { speed }
 }
 
 /// Telemetry of an AUV: its true ground track and rate of turn. An AUV without its position does
@@ -364,9 +340,7 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
         // The snapshot accepts ±1 rad/s; the quotient has no bound near rest over ground.
         turn_rate: turn_rate.clamp(-1.0, 1.0),
         descending: auv.pitch() < 0.0,
-        own: auv
-            .own_covariance
-            .map(|covariance| (auv.navigation_error, covariance)),
+        own: auv.own_covariance.map(|covariance| (auv.navigation_error, covariance)),
     }
 }
 

@@ -111,11 +111,7 @@ impl OwnNavigation {
         let correction = match self.goal.fixes {
             Fixes::Range => {
                 let expected = believed.norm().hypot(is.depth()).max(f64::EPSILON);
-                let detour = if longer < self.faults.outlier_share {
-                    by * self.faults.outlier
-                } else {
-                    0.0
-                };
+                let detour = if longer < self.faults.outlier_share { by * self.faults.outlier } else { 0.0 };
                 let measured = range + self.goal.sigma_m * noise.x + detour + self.faults.clock_drift * now;
                 let slope = believed / expected;
                 let variance = slope.dot(&(*covariance * slope)) + self.goal.sigma_m.powi(2);
@@ -214,10 +210,7 @@ mod tests {
             ..RangingFaults::default()
         });
         assert!(clean < outliers && outliers < 1.6 * clean, "{outliers}");
-        let drifting = faults(RangingFaults {
-            clock_drift: 0.01,
-            ..RangingFaults::default()
-        });
+        let drifting = faults(RangingFaults { clock_drift: 0.01, ..RangingFaults::default() });
         assert!(1.5 * clean < drifting, "{drifting}");
     }
 }

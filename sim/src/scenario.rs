@@ -96,9 +96,7 @@ impl Scenario {
 
     /// The file of the built-in scenario of that name.
     pub fn text(name: &str) -> Option<&'static str> {
-        BUILT_IN
-            .iter()
-            .find_map(|(known, text)| (*known == name).then_some(*text))
+        BUILT_IN.iter().find_map(|(known, text)| (*known == name).then_some(*text))
     }
 
     /// The built-in scenario of that name.
@@ -119,19 +117,11 @@ impl Scenario {
 
     /// The scenario in `text`, read from `file`. [`Self::start`] checks if its numbers fit.
     pub fn parse(text: &str, file: &str, files: Files) -> Result<Self, ScenarioError> {
-        let mut source = Source {
-            file: file.to_owned(),
-            text: text.to_owned(),
-            tree: Value::Null,
-        };
+        let mut source = Source { file: file.to_owned(), text: text.to_owned(), tree: Value::Null };
         // A tree between text and types: they are then compiled for one reader, in half the time.
         source.tree = toml::from_str(text).map_err(|error| source.unreadable(&error))?;
         let scenario = Self::of_tree(&source.tree).map_err(|wrong| source.refused(wrong))?;
-        Ok(Self {
-            files,
-            source,
-            ..scenario
-        })
+        Ok(Self { files, source, ..scenario })
     }
 
     /// The same scenario, if its numbers fit together with one seed.
@@ -145,10 +135,7 @@ impl Scenario {
             // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
             // TOML has no null: a number in the tree was NaN or infinite.
-            let reason = error
-                .inner()
-                .to_string()
-                .replace("type: null", "value: not a finite number");
+            let reason = error.inner().to_string().replace("type: null", "value: not a finite number");
             InvalidScenario { field, reason }
         })
     }
@@ -166,9 +153,7 @@ impl Scenario {
         });
         let tracks = self.auvs.iter().filter_map(|auv| auv.track.as_ref());
         let names = grid.into_iter().chain(lines).chain(tracks);
-        names
-            .map(|name| Ok((name.clone(), self.files.text(name)?)))
-            .collect()
+        names.map(|name| Ok((name.clone(), self.files.text(name)?))).collect()
     }
 
     /// The JSON Schema of scenario files.
@@ -219,11 +204,7 @@ impl Scenario {
 }
 
 /// Numbers of a goal that have the names of AUVs.
-const NUMBERS_BY_AUV: [Range; 3] = [
-    ("weights", WEIGHT),
-    ("serve_by_s", TIME),
-    ("costs_now", VISIT_COST),
-];
+const NUMBERS_BY_AUV: [Range; 3] = [("weights", WEIGHT), ("serve_by_s", TIME), ("costs_now", VISIT_COST)];
 
 /// The schemas of a member of a shape, or of each of its kinds that has it.
 fn members<'a>(schema: &'a mut Value, shape: &str, member: &str) -> Vec<&'a mut Value> {
@@ -245,11 +226,7 @@ fn members<'a>(schema: &'a mut Value, shape: &str, member: &str) -> Vec<&'a mut 
 /// The description of a limit, whose default in a scenario is that of the craft's class.
 fn of_the_class(member: &str, description: &str) -> String {
     let (what, _) = description.split_once(['.', ';']).unwrap_or((description, ""));
-    let default = if member == "surge_lag_s" {
-        "that of `craft`"
-    } else {
-        "the class's"
-    };
+    let default = if member == "surge_lag_s" { "that of `craft`" } else { "the class's" };
     format!("{what}; {default} if left out.")
 }
 
@@ -291,17 +268,9 @@ mod tests {
             assert!(message.contains(&says), "{message}");
             // The last line: an earlier equal one is right. A missing member is on no line: its
             // table is named.
-            let wrong = if wrong.is_empty() {
-                "[surface_craft]"
-            } else {
-                &wrong
-            };
+            let wrong = if wrong.is_empty() { "[surface_craft]" } else { &wrong };
             let lines: Vec<&str> = text.lines().collect();
-            let line = lines
-                .iter()
-                .rposition(|line| line.contains(wrong))
-                .expect("there")
-                + 1;
+            let line = lines.iter().rposition(|line| line.contains(wrong)).expect("there") + 1;
             let begin = format!("my.toml:{line}: ");
             assert!(message.starts_with(&begin), "{message}, {begin}");
         }

@@ -29,12 +29,7 @@ impl Costs {
             VisitCost::Age | VisitCost::Data { .. } => 0.0,
             VisitCost::Uncertainty { growth_m2ps, .. } => (growth_m2ps * fix_noise(&visits.cost, 0.0)).sqrt(),
         };
-        Self {
-            visits: visits.clone(),
-            costs: vec![fresh; auvs.len()],
-            ages: vec![0.0; auvs.len()],
-            auvs,
-        }
+        Self { visits: visits.clone(), costs: vec![fresh; auvs.len()], ages: vec![0.0; auvs.len()], auvs }
     }
 
     /// `true` if an AUV is served at this horizontal distance and depth, m.
@@ -63,11 +58,7 @@ impl Costs {
                     grown / (1.0 + grown * elapsed / fix_noise(&self.visits.cost, range))
                 })
             }
-            VisitCost::Data {
-                growth_kbps,
-                upload_kbps,
-                range_max_m,
-            } => {
+            VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
                 let upload = served.map_or(0.0, |range| upload_kbps * (1.0 - range / range_max_m).max(0.0));
                 (*cost + (growth_kbps - upload) * elapsed).max(0.0)
             }
@@ -78,12 +69,9 @@ impl Costs {
 /// R T at a slant range, m: variance of a fix times their interval, m² s.
 fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
     match *cost {
-        VisitCost::Uncertainty {
-            sigma_m,
-            sigma_rad,
-            interval_s,
-            ..
-        } => (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s,
+        VisitCost::Uncertainty { sigma_m, sigma_rad, interval_s, .. } => {
+            (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s
+        }
         VisitCost::Age | VisitCost::Data { .. } => 0.0,
     }
 }
@@ -152,10 +140,7 @@ mod tests {
     use crate::tests::near;
 
     fn costs(cost: VisitCost) -> Costs {
-        Costs::new(&Visits {
-            cost,
-            ..Visits::new(vec![VehicleId("a".to_owned())])
-        })
+        Costs::new(&Visits { cost, ..Visits::new(vec![VehicleId("a".to_owned())]) })
     }
 
     /// Costs after 1000 s away, and 400 s later at a slant range of 30 m, by steps of a second.
@@ -171,12 +156,8 @@ mod tests {
 
     #[test]
     fn costs_match_their_equations_integrated_in_small_steps() {
-        let uncertainty = VisitCost::Uncertainty {
-            growth_m2ps: 0.03,
-            sigma_m: 1.5,
-            sigma_rad: 0.02,
-            interval_s: 10.0,
-        };
+        let uncertainty =
+            VisitCost::Uncertainty { growth_m2ps: 0.03, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
         let [before, after] = visited(uncertainty);
         near(before, (0.03_f64 * 22.5).sqrt() + 30.0, 1e-9);
         // dP/dt = q − P²/(R T), R = 1.5² + (0.02 · 30)², by Euler's rule with steps of 1 ms.
@@ -190,11 +171,7 @@ mod tests {
     }
 
     fn data(range_max_m: f64) -> VisitCost {
-        VisitCost::Data {
-            growth_kbps: 0.5,
-            upload_kbps: 3.0,
-            range_max_m,
-        }
+        VisitCost::Data { growth_kbps: 0.5, upload_kbps: 3.0, range_max_m }
     }
 
     #[test]

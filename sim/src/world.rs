@@ -54,13 +54,7 @@ impl World {
             let current = water.current(&auv.position(), auv.depth());
             auv.repeat_track(0.0, &current);
         }
-        Self {
-            surface_craft,
-            auvs,
-            water,
-            faults,
-            periods: 0,
-        }
+        Self { surface_craft, auvs, water, faults, periods: 0 }
     }
 
     /// Time since the start, s.
@@ -102,10 +96,7 @@ impl World {
             let sound = craft.autopilot.heading;
             craft.autopilot.heading = sound.slowed(self.faults.heading_loop_slowed(time));
             let heading = reference.heading.radians() + self.faults.heading_offset(time);
-            let reference = Reference {
-                heading: Heading::new(heading),
-                ..*reference
-            };
+            let reference = Reference { heading: Heading::new(heading), ..*reference };
             craft.step(&reference, self.faults.thrusters(time), &sea);
             craft.autopilot.heading = sound;
         }

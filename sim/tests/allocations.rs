@@ -5,10 +5,7 @@ use planner::{angle::Heading, los::Reference};
 
 #[test]
 fn stepping_and_listening_allocate_nothing() {
-    let reference = Reference {
-        speed: 0.4,
-        heading: Heading::new(0.3),
-    };
+    let reference = Reference { speed: 0.4, heading: Heading::new(0.3) };
     for name in Scenario::names() {
         let start = Scenario::named(name).expect("exists").start(1).expect("valid");
         let (mut world, mut observer) = (start.world, start.observer);

@@ -47,10 +47,7 @@ fn over_http(criterion: &mut Criterion) {
             axum::serve(listener, service::app(service::Settings::default())).await
         })
     });
-    let (agent, url) = (
-        ureq::Agent::new_with_defaults(),
-        format!("http://{address}/v1/plan"),
-    );
+    let (agent, url) = (ureq::Agent::new_with_defaults(), format!("http://{address}/v1/plan"));
     let mut group = group(criterion, "post_plan");
     for (name, goal) in NAMES.into_iter().zip(goals()) {
         let request = observation(goal);

@@ -81,12 +81,7 @@ struct Arguments {
 /// Names of the horizons, and their intervals.
 fn horizons() -> [(&'static str, Vec<f64>); 4] {
     let alike = |n_stages| vec![INTERVAL; n_stages];
-    [
-        ("10", alike(10)),
-        ("20", alike(20)),
-        ("default", Parameters::default().steps),
-        ("60", alike(60)),
-    ]
+    [("10", alike(10)), ("20", alike(20)), ("default", Parameters::default().steps), ("60", alike(60))]
 }
 
 /// The first program of a plan over `steps`. Scene number `i` has the craft at another place beside the
@@ -97,20 +92,12 @@ fn program(steps: &[f64], i: u32) -> Program {
     scene.asc.north_m = 11.0 - 6.0 * angle.sin();
     scene.asc.east_m = 27.0 + 3.0 * angle.cos();
     scene.acoustics = Some(Acoustics { range_max_m: RANGE });
-    let parameters = Parameters {
-        steps: steps.to_vec(),
-        ..Parameters::default()
-    };
+    let parameters = Parameters { steps: steps.to_vec(), ..Parameters::default() };
     let (mut solvers, mut first) = (Solvers::default(), None);
-    let _ = plan_with(
-        &snapshot(scene),
-        &parameters,
-        &mut Programs::default(),
-        &mut |program| {
-            first.get_or_insert_with(|| program.clone());
-            solvers.solve(program)
-        },
-    );
+    let _ = plan_with(&snapshot(scene), &parameters, &mut Programs::default(), &mut |program| {
+        first.get_or_insert_with(|| program.clone());
+        solvers.solve(program)
+    });
     first.expect("a program was stated")
 }
 
@@ -134,10 +121,7 @@ impl Measured {
         for ((program, solution), as_it_comes) in programs.iter().zip(&solutions).zip(&theirs) {
             assert_eq!(solution.status, SolverStatus::Solved);
             let other = as_it_comes.solve();
-            assert!(matches!(
-                other.solution.status,
-                ClarabelStatus::Solved | ClarabelStatus::AlmostSolved
-            ));
+            assert!(matches!(other.solution.status, ClarabelStatus::Solved | ClarabelStatus::AlmostSolved));
             let (columns, unit) = program.first_velocity();
             for column in columns {
                 apart = apart.max(unit * (solution.primal[column] - other.solution.x[column]).abs());
@@ -156,12 +140,7 @@ impl Measured {
                 });
             }
         }
-        Self {
-            kept,
-            as_it_comes,
-            solutions,
-            apart,
-        }
+        Self { kept, as_it_comes, solutions, apart }
     }
 
     fn print(&self, name: &str, program: &Program) {
@@ -222,10 +201,7 @@ impl AsItComes {
     }
 
     fn solve(&self) -> DefaultSolver<f64> {
-        let settings = DefaultSettings {
-            verbose: false,
-            ..DefaultSettings::default()
-        };
+        let settings = DefaultSettings { verbose: false, ..DefaultSettings::default() };
         let (p, q, a, b) = (&self.quadratic, &self.linear, &self.constraints, &self.bounds);
         let solver = DefaultSolver::new(p, q, a, b, &self.cones, settings);
         let mut solver = solver.expect("a program in standard form");

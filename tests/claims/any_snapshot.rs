@@ -47,9 +47,7 @@ fn every_answer_is_within_the_limits_and_no_worse_than_line_of_sight() {
         let begin = |share| scope.spawn(move || tally((0..n_snapshots()).filter(mine(share))));
         let threads: Vec<_> = (0..n_threads).map(begin).collect();
         for thread in threads {
-            let share = thread
-                .join()
-                .unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            let share = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             (refused, unsolved) = (refused + share.refused, unsolved + share.unsolved);
             for (how, n) in share.answers {
                 *answers.entry(how).or_default() += n;
@@ -194,19 +192,15 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Para
     };
     // Coordinates of 1000 km round to 0.5 µm, far goals square that: one in 400 is 1.2e-5 off.
     let tolerance = |cost: f64| 2e-5 * cost.abs().max(1.0);
-    for (stated, expected, what) in [
-        (answer.baseline.predicted.cost, los, "line of sight"),
-        (answer.predicted.cost, ours, "the answer"),
-    ] {
+    for (stated, expected, what) in
+        [(answer.baseline.predicted.cost, los, "line of sight"), (answer.predicted.cost, ours, "the answer")]
+    {
         assert!(
             (stated - expected).abs() <= tolerance(expected),
             "seed {seed}: {what}: cost {stated}, here {expected}"
         );
     }
-    assert!(
-        ours <= los + tolerance(los),
-        "seed {seed}: {ours} is worse than {los}"
-    );
+    assert!(ours <= los + tolerance(los), "seed {seed}: {ours} is worse than {los}");
 }
 
 /// The craft's response to references and its cost, in NED; the planner works in the craft's frame.
@@ -275,10 +269,7 @@ impl<'a> Forward<'a> {
             weights: parameters.weights_for(scene, &goal),
             start: unit(psi) * surge + unit(psi + PI / 2.0) * sway,
             auvs: young.iter().map(|i| goal.auvs()[*i].clone()).collect(),
-            in_range: young
-                .iter()
-                .map(|i| named(*i) || !out_of_range.contains(i))
-                .collect(),
+            in_range: young.iter().map(|i| named(*i) || !out_of_range.contains(i)).collect(),
             named: young.iter().map(|i| named(*i)).collect(),
             goal,
             steps: &parameters.steps,
@@ -307,11 +298,7 @@ impl<'a> Forward<'a> {
             let ground_speed = (goal.velocity.norm() * chi_r.cos() - gains.along_track_gain * s)
                 .clamp(limits.speed_min, limits.speed_max);
             let water = unit(course.radians() + chi_r) * ground_speed - this.scene.current();
-            let psi = if water.norm() < f64::EPSILON {
-                this.psi
-            } else {
-                water.y.atan2(water.x)
-            };
+            let psi = if water.norm() < f64::EPSILON { this.psi } else { water.y.atan2(water.x) };
             (water.norm().clamp(limits.speed_min, limits.speed_max), psi)
         })
     }
@@ -320,19 +307,13 @@ impl<'a> Forward<'a> {
     fn following(mut self, points: &[TrajectoryPoint]) -> f64 {
         let limits = &mut self.craft.limits;
         limits.speed_max = (0.98 * limits.speed_max).max(limits.speed_max.min(limits.speed_min + 0.05));
-        limits.turn_rate_max = limits
-            .turn_rate_max
-            .min(LEADING_RATE.max(0.5 * limits.turn_rate_max));
+        limits.turn_rate_max = limits.turn_rate_max.min(LEADING_RATE.max(0.5 * limits.turn_rate_max));
         let mut stages: Vec<(f64, Vector2<f64>, Vector2<f64>)> =
             vec![(0.0, self.scene.asc.position(), self.start)];
         let mut time = 0.0;
         for (step, point) in self.steps.iter().zip(&points[1..]) {
             time += step;
-            stages.push((
-                time,
-                point.position(),
-                unit(point.heading().radians()) * point.speed_mps,
-            ));
+            stages.push((time, point.position(), unit(point.heading().radians()) * point.speed_mps));
         }
         let current = self.scene.current();
         let at = move |k: usize, time: f64| {
@@ -356,11 +337,7 @@ impl<'a> Forward<'a> {
             let back = (here - this.position) * FOLLOW_GAIN.min(FOLLOW_GAIN_LAG / heading_lead);
             let velocity = |ahead: f64| at(interval(time + ahead), time + ahead).1 + back;
             let turned_to = velocity(heading_lead);
-            let psi = if turned_to.norm() < 0.02 {
-                this.psi
-            } else {
-                turned_to.y.atan2(turned_to.x)
-            };
+            let psi = if turned_to.norm() < 0.02 { this.psi } else { turned_to.y.atan2(turned_to.x) };
             let lag = craft.surge_time + craft.surge_delay;
             let lead = lag.clamp(1.0, 6.0);
             let wanted = (velocity(lead).norm() - this.speed) / lead;
@@ -390,9 +367,7 @@ impl<'a> Forward<'a> {
             time = begin + step;
             let w = &self.weights;
             for (amount, (linear, quadratic)) in
-                worst
-                    .into_iter()
-                    .zip([w.range_slack, w.other_range_slack, w.area_slack, w.keep_out_slack])
+                worst.into_iter().zip([w.range_slack, w.other_range_slack, w.area_slack, w.keep_out_slack])
             {
                 broken += amount * linear + amount * amount * quadratic;
             }

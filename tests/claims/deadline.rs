@@ -64,10 +64,7 @@ fn the_last_finished_iteration_answers_or_else_the_law() {
     let snapshot = snapshot(observation(goals()[1].clone()));
     let whole = decision(plan(&snapshot, &Parameters::default(), &mut Workspace::default()));
     let law = decision(stopped_at(0, &snapshot, &mut Workspace::default()));
-    assert_eq!(
-        (law.method, law.degraded),
-        (Method::SaturatedLos, Some(Degraded::Deadline))
-    );
+    assert_eq!((law.method, law.degraded), (Method::SaturatedLos, Some(Degraded::Deadline)));
     assert_eq!(law.reference, law.baseline.reference);
 
     // One workspace for all: interrupted work leaves no trace in it.
@@ -98,10 +95,7 @@ fn a_previous_plan_continues_without_a_finished_iteration() {
     let later = followed(2.0);
     for n in [0, 1, 4] {
         let answer = stopped_at(n, &snapshot(later.clone()), &mut Workspace::default());
-        assert_eq!(
-            (answer.method, answer.degraded),
-            (Method::PreviousPlan, Some(Degraded::Deadline))
-        );
+        assert_eq!((answer.method, answer.degraded), (Method::PreviousPlan, Some(Degraded::Deadline)));
         assert!(answer.solver.deadline_hit);
     }
 }
@@ -154,10 +148,7 @@ async fn a_planner_that_does_not_stop_delays_no_answer_or_other_request() {
 /// A service that answers within `limit` and whose work waits `lag` for a thread: it reads a
 /// request after `lag` and plans after twice that.
 fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
-    let settings = Settings {
-        deadline: limit,
-        ..simulated_machine()
-    };
+    let settings = Settings { deadline: limit, ..simulated_machine() };
     let clock = settings.clock.clone();
     clock.delay_threads(lag);
     (clock, app(settings))
@@ -166,10 +157,7 @@ fn slow_service(lag: Duration, limit: Duration) -> (Clock, axum::Router) {
 #[tokio::test(start_paused = true)]
 async fn the_earlier_of_both_deadlines_counts() {
     const LAG: Duration = Duration::from_millis(400);
-    for (limit, deadline_ms) in [
-        (Duration::from_millis(500), 60_000.0),
-        (Duration::from_mins(1), 500.0),
-    ] {
+    for (limit, deadline_ms) in [(Duration::from_millis(500), 60_000.0), (Duration::from_mins(1), 500.0)] {
         let (clock, service) = slow_service(LAG, limit);
         let start = clock.now();
         let mut request = example("track");
@@ -228,19 +216,13 @@ fn laws_and_plan_share_a_schedule_and_keep_the_deadline() {
     assert_eq!(whole[0], plan.baseline);
     assert!(whole.iter().all(|law| law.degraded.is_none()));
     let tried = parameters.scheduling.visits_tried / 100;
-    assert!(
-        (tried..100 * tried).contains(&looks),
-        "{looks}: once for all laws"
-    );
+    assert!((tried..100 * tried).contains(&looks), "{looks}: once for all laws");
     for n in [0, 1, looks / 2, looks - 1] {
         let (stop, looked) = due_at(n);
         for law in baselines(&snapshot, &parameters, &stop) {
             assert_eq!(law.degraded, Some(Degraded::Deadline));
         }
-        assert!(
-            looked.load(Ordering::Relaxed) <= n + 40,
-            "each first visit is tried"
-        );
+        assert!(looked.load(Ordering::Relaxed) <= n + 40, "each first visit is tried");
     }
 }
 
@@ -321,10 +303,7 @@ async fn work_for_a_disconnected_client_ends_and_all_work_is_admitted() {
     let ready = send_to(service, post("/v1/plan/validate", EXAMPLES[0].body)).await;
     ready.must_be(200);
     assert_eq!(WORK[0].load(Ordering::Relaxed), 3);
-    let full = app(Settings {
-        waiting: 0,
-        ..settings
-    });
+    let full = app(Settings { waiting: 0, ..settings });
     let route = async || {
         let refused = send_to(full.clone(), post("/v1/routes", "lat,lon\n1,1")).await;
         refused.must_be(503);

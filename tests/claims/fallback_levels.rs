@@ -20,11 +20,8 @@ const STATUSES_THAT_PROVE_NOTHING: [SolverStatus; 7] = [
 ];
 
 /// Statuses of an unfinished solver: the certificate decides.
-const LESSER_STATUSES: [SolverStatus; 3] = [
-    SolverStatus::AlmostSolved,
-    SolverStatus::MaxIterations,
-    SolverStatus::InsufficientProgress,
-];
+const LESSER_STATUSES: [SolverStatus; 3] =
+    [SolverStatus::AlmostSolved, SolverStatus::MaxIterations, SolverStatus::InsufficientProgress];
 
 /// Both AUVs astern: either turn is possible.
 fn astern() -> PlanRequest {
@@ -113,10 +110,7 @@ fn a_law_that_beats_the_previous_plan_at_speed_turns_no_faster_than_a_plan() {
             let position = observation.asc.position() + velocity * (point.t_s - observation.t_s);
             *point = TrajectoryPoint::new(point.t_s, position, velocity.norm(), away);
         }
-        let reference = Reference {
-            speed: velocity.norm(),
-            heading: away,
-        };
+        let reference = Reference { speed: velocity.norm(), heading: away };
         memory.reference = Some(reference.into());
         let answer = plan_with_status(&snapshot(observation), SolverStatus::MaxTime);
         assert_eq!(answer.method, Method::SaturatedLos);
@@ -125,10 +119,7 @@ fn a_law_that_beats_the_previous_plan_at_speed_turns_no_faster_than_a_plan() {
     };
     let (slow_step, slow) = answer(0.5);
     assert_eq!(slow.predicted, slow.baseline.predicted);
-    assert!(
-        (slow_step - Limits::MEDUSA.turn_rate_max).abs() < 1e-9,
-        "{slow_step}"
-    );
+    assert!((slow_step - Limits::MEDUSA.turn_rate_max).abs() < 1e-9, "{slow_step}");
     let (fast_step, fast) = answer(1.4);
     assert!((fast_step - parameters.heading_rate_max).abs() < 1e-9 && fast_step < slow_step);
     // Its prediction is the law's: no answer is predicted to be worse.
@@ -205,17 +196,10 @@ fn a_failed_second_iteration_leaves_the_answer_of_the_first() {
     let snapshot = snapshot(observation(goals()[0].clone()));
     let only_the_first_is_solved = |scp_iterations| {
         let (mut solvers, mut calls) = (Solvers::default(), 0);
-        let parameters = Parameters {
-            scp_iterations,
-            ..Parameters::default()
-        };
+        let parameters = Parameters { scp_iterations, ..Parameters::default() };
         plan_by(&snapshot, &parameters, |program| {
             calls += 1;
-            if calls == 1 {
-                solvers.solve(program)
-            } else {
-                Solution::none(SolverStatus::MaxIterations)
-            }
+            if calls == 1 { solvers.solve(program) } else { Solution::none(SolverStatus::MaxIterations) }
         })
     };
     let (answer, one_iteration) = (only_the_first_is_solved(2), only_the_first_is_solved(1));
@@ -246,10 +230,7 @@ fn a_goal_with_a_stale_report_is_held_by_the_client_s_choice() {
     let mut stale = observation(goals()[0].clone());
     state(&mut stale, 0).age_s = 901.0;
     for (hold, speed, turn) in [(Hold::Stop, 0.0, 0.0), (Hold::SlowTurn, 0.05, 0.2)] {
-        let answer = planned(PlanRequest {
-            hold,
-            ..stale.clone()
-        });
+        let answer = planned(PlanRequest { hold, ..stale.clone() });
         assert_eq!(how(&answer), (Method::Hold, Some(Degraded::StaleReport)));
         assert_eq!(answer.reference.speed, speed);
         assert_eq!(answer.reference.heading, Heading::new(0.3 + turn));
@@ -287,28 +268,16 @@ fn the_heading_offset_of_a_craft_is_taken_from_its_command() {
 fn a_stale_report_of_an_auv_outside_the_goal_changes_nothing() {
     let mut stale = observation(goals()[0].clone());
     state(&mut stale, 1).age_s = 3600.0;
-    assert_eq!(
-        plan_with_status(&snapshot(stale), SolverStatus::Solved).method,
-        Method::Mpc
-    );
+    assert_eq!(plan_with_status(&snapshot(stale), SolverStatus::Solved).method, Method::Mpc);
 }
 
 #[test]
 fn a_previous_plan_from_the_future_is_not_followed() {
     let mut odd = followed(3.0);
-    let point = |t_s| TrajectoryPoint {
-        t_s,
-        ..odd.previous_plan.clone().unwrap().trajectory[0]
-    };
+    let point = |t_s| TrajectoryPoint { t_s, ..odd.previous_plan.clone().unwrap().trajectory[0] };
     let trajectory = vec![point(300.0), point(301.0)];
-    odd.previous_plan = Some(PreviousPlan {
-        trajectory,
-        ..PreviousPlan::default()
-    });
-    assert_eq!(
-        plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method,
-        Method::SaturatedLos
-    );
+    odd.previous_plan = Some(PreviousPlan { trajectory, ..PreviousPlan::default() });
+    assert_eq!(plan_with_status(&snapshot(odd), SolverStatus::MaxTime).method, Method::SaturatedLos);
 }
 
 #[test]
@@ -376,11 +345,8 @@ fn a_command_that_is_held_back_is_the_same_through_the_water() {
     let far = Heading::new(heading.radians() + 1.0);
     let previous = observation.previous_plan.as_mut().expect("it has one");
     previous.reference = Some(Reference { speed, heading: far }.into());
-    previous.craft_estimate = Some(PreviousCraft {
-        asked_speed_mps: speed,
-        asked_heading_rad: heading.radians(),
-        memory: vec![],
-    });
+    previous.craft_estimate =
+        Some(PreviousCraft { asked_speed_mps: speed, asked_heading_rad: heading.radians(), memory: vec![] });
     let answer = plan_with_status(&snapshot(observation), SolverStatus::Solved);
     let (command, asked) = (answer.reference.heading, answer.reference_through_water.heading);
     assert!(0.5 < wrap(command.radians() - heading.radians()));

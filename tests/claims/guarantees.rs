@@ -86,10 +86,7 @@ fn a_craft_beside_a_target_ends_at_its_offset() {
         let (beside, above) = (planned(scene.clone()), planned(above));
         let arm = beside.goal[0].motion().position - above.goal[0].motion().position;
         // All go northward, like the axes.
-        assert!(
-            (arm - Vector2::new(-5.0, 15.0)).norm() < 1.0,
-            "{arm} in {scene:?}"
-        );
+        assert!((arm - Vector2::new(-5.0, 15.0)).norm() < 1.0, "{arm} in {scene:?}");
         assert_eq!(beside.degraded, None);
         let miss = |plan: &Plan| {
             let last = plan.trajectory.len() - 1;
@@ -147,12 +144,10 @@ fn the_production_tolerance_moves_the_first_velocity_by_less_than_a_millimetre_p
         let scene = snapshot(observation(goal));
         let first_velocity = |tolerance| {
             let mut solvers = Solvers::with_tolerance(tolerance);
-            let answer = plan_with(
-                &scene,
-                &Parameters::default(),
-                &mut Programs::default(),
-                &mut |program| solvers.solve(program),
-            );
+            let answer =
+                plan_with(&scene, &Parameters::default(), &mut Programs::default(), &mut |program| {
+                    solvers.solve(program)
+                });
             assert_eq!(answer.degraded, None);
             answer.trajectory[1].heading().unit() * answer.trajectory[1].speed_mps
         };
@@ -166,9 +161,8 @@ fn a_workspace_has_bounded_memory_and_forgets_without_a_trace() {
     let (mut programs, mut solvers) = (Programs::default(), Solvers::default());
     let with_discs = |n: u8| {
         let mut scene = observation(goals()[0].clone());
-        scene.keep_outs = (0..n)
-            .map(|i| KeepOut::new(Vector2::new(-60.0 - 9.0 * f64::from(i), 40.0), 3.0))
-            .collect();
+        scene.keep_outs =
+            (0..n).map(|i| KeepOut::new(Vector2::new(-60.0 - 9.0 * f64::from(i), 40.0), 3.0)).collect();
         scene
     };
     // One vehicle and two, with and without limits of range.
@@ -207,16 +201,11 @@ fn a_changed_goal_costs_no_more_than_without_a_previous_plan() {
         [scene.asc.north_m, scene.asc.east_m] = point.position().into();
         scene.asc.heading_rad = point.heading_rad;
         (scene.asc.speed_mps, scene.asc.sway_mps) = (point.speed_mps, 0.0);
-        scene.goal.goal = Goal::Track {
-            auv: scene.auvs[1].id.clone(),
-        };
+        scene.goal.goal = Goal::Track { auv: scene.auvs[1].id.clone() };
         let forgetful = plan(&snapshot(scene.clone()), &parameters, &mut workspace);
         // The plan alone: its other members know that the craft is turning, which is another start.
-        scene.previous_plan = Some(PreviousPlan {
-            reference: None,
-            craft_estimate: None,
-            ..PreviousPlan::from(&first)
-        });
+        scene.previous_plan =
+            Some(PreviousPlan { reference: None, craft_estimate: None, ..PreviousPlan::from(&first) });
         let answer = plan(&snapshot(scene), &parameters, &mut workspace);
         rescued += usize::from(answer.solver.scp_iterations > parameters.scp_iterations as usize);
         let least = forgetful.predicted.cost.min(answer.baseline.predicted.cost);
@@ -230,15 +219,9 @@ fn a_changed_goal_costs_no_more_than_without_a_previous_plan() {
 #[test]
 fn no_distant_goal_outweighs_a_soft_limit() {
     // Abeam, within and beyond the horizon; ahead; astern, where the craft must turn around.
-    for (north, east) in [
-        (0.0, 20.0),
-        (0.0, 60.0),
-        (0.0, -175.0),
-        (0.0, 5.0e3),
-        (200.0, 0.0),
-        (-60.0, 1.0),
-        (-1.0e3, 1.0),
-    ] {
+    for (north, east) in
+        [(0.0, 20.0), (0.0, 60.0), (0.0, -175.0), (0.0, 5.0e3), (200.0, 0.0), (-60.0, 1.0), (-1.0e3, 1.0)]
+    {
         let mut scene = observation(goals()[0].clone());
         scene.asc.heading_rad = 0.0;
         scene.asc.sway_mps = 0.0;
@@ -294,10 +277,7 @@ fn a_surfacing_auv_is_passed_at_the_separation() {
     let scene = with_an_auv_in_the_way(true);
     let (_, unasked) = nearest_to_the_second(&planned(scene.clone()));
     assert!(unasked < 2.0, "{unasked} m: it is not in the way");
-    let kept = planned(PlanRequest {
-        surfacing_separation_m: Some(separation),
-        ..scene
-    });
+    let kept = planned(PlanRequest { surfacing_separation_m: Some(separation), ..scene });
     assert_eq!((kept.degraded, kept.violations.as_slice()), (None, [].as_slice()));
     let (_, nearest) = nearest_to_the_second(&kept);
     // The craft's path sags from its chords by less than the 0.9 m of the program's margin.
@@ -309,10 +289,7 @@ fn a_surfacing_auv_is_passed_at_the_separation() {
 fn an_auv_that_stays_deep_is_no_obstacle() {
     let scene = with_an_auv_in_the_way(false);
     let unasked = planned(scene.clone());
-    let kept = planned(PlanRequest {
-        surfacing_separation_m: Some(5.0),
-        ..scene
-    });
+    let kept = planned(PlanRequest { surfacing_separation_m: Some(5.0), ..scene });
     let (nearest, _) = nearest_to_the_second(&kept);
     assert!(nearest < 2.0, "{nearest} m");
     for (a, b) in unasked.trajectory.iter().zip(&kept.trajectory) {
@@ -349,9 +326,8 @@ fn worst(violations: &[Violation]) -> f64 {
 fn a_plan_goes_around_a_wall_of_overlapping_discs() {
     for shift in [-6.0, -1.0, 0.0, 1.0, 9.0] {
         let mut scene = with_an_auv_in_the_way(false);
-        scene.keep_outs = [-15.0, -5.0, 5.0, 15.0]
-            .map(|east| KeepOut::new(Vector2::new(25.0, east + shift), 7.0))
-            .to_vec();
+        scene.keep_outs =
+            [-15.0, -5.0, 5.0, 15.0].map(|east| KeepOut::new(Vector2::new(25.0, east + shift), 7.0)).to_vec();
         let answer = planned(scene.clone());
         // Following a trajectory cuts its corners by a little.
         let off = worst(&answer.violations);
@@ -371,9 +347,8 @@ fn a_plan_goes_around_a_wall_before_a_goal_astern() {
         place(&mut scene, 0, Vector2::new(-60.0, 0.0));
         state(&mut scene, 0).speed_mps = 0.0;
         place(&mut scene, 1, Vector2::new(-90.0, 80.0));
-        scene.keep_outs = (-4..=4)
-            .map(|i| KeepOut::new(Vector2::new(-20.0, 3.0 * f64::from(i)), radius))
-            .collect();
+        scene.keep_outs =
+            (-4..=4).map(|i| KeepOut::new(Vector2::new(-20.0, 3.0 * f64::from(i)), radius)).collect();
         let answer = planned(scene);
         // The heading loop delays the turn, which cuts the first disc's edge a little more.
         let off = worst(&answer.violations);
@@ -395,12 +370,7 @@ fn follow(previous: &mut PreviousPlan, reference: Reference) {
 /// A craft that responds as modelled shows only the bias of its integrators, for any sway.
 #[test]
 fn a_craft_as_modelled_has_no_surge_bias_but_its_integrators() {
-    for (surge, sway, reference) in [
-        (0.3, 0.3, 0.5),
-        (-0.3, 0.0, 0.2),
-        (1.0, 0.0, 0.05),
-        (0.8, -0.1, 0.8),
-    ] {
+    for (surge, sway, reference) in [(0.3, 0.3, 0.5), (-0.3, 0.0, 0.2), (1.0, 0.0, 0.05), (0.8, -0.1, 0.8)] {
         let mut scene = observation(goals()[0].clone());
         scene.craft.get_or_insert_default().surge_loop.integrates = Some(false);
         (scene.asc.speed_mps, scene.asc.sway_mps) = (surge, sway);
@@ -414,10 +384,7 @@ fn a_craft_as_modelled_has_no_surge_bias_but_its_integrators() {
         }
         scene.t_s += 1.0;
         let mut previous = PreviousPlan::from(&planned(PlanRequest::clone(&first)));
-        let asked = Reference {
-            speed: reference,
-            heading: scene.asc.heading(),
-        };
+        let asked = Reference { speed: reference, heading: scene.asc.heading() };
         follow(&mut previous, asked);
         scene.previous_plan = Some(previous);
         let known = snapshot(scene);
@@ -440,10 +407,7 @@ fn a_heading_reference_steps_within_the_parameters() {
     place(&mut scene, 0, Vector2::new(0.0, 40.0));
     let answer = |before: Option<f64>, previous: &mut PreviousPlan, scene: &PlanRequest| {
         if let Some(before) = before {
-            let reference = Reference {
-                speed: 0.8,
-                heading: Heading::new(before),
-            };
+            let reference = Reference { speed: 0.8, heading: Heading::new(before) };
             follow(previous, reference);
         } else {
             (previous.reference, previous.craft_estimate) = (None, None);
@@ -492,10 +456,7 @@ fn a_plan_starts_from_the_filtered_velocity() {
         let expected = Vector2::new(0.3, 0.2 * 0.1 - 0.8 * drift * 0.3 * yaw_rate);
         assert!((velocity - expected).norm() < 1e-12, "{velocity} {expected}");
     }
-    let held = Reference {
-        speed: 0.3,
-        heading: scene.asc.heading(),
-    };
+    let held = Reference { speed: 0.3, heading: scene.asc.heading() };
     let mut before = scene.clone();
     for second in 1..=30 {
         let mut previous = PreviousPlan::from(&planned(before.clone()));
@@ -519,20 +480,13 @@ fn a_law_without_memory_continues_like_one_that_starts() {
     let course = planned(PlanRequest::clone(&scene)).goal_course;
     let start = baselines(&scene, &parameters, &Stop::never());
     for (law, starts) in LosLaw::ALL.into_iter().zip(start) {
-        let tuning = LosTuning {
-            law,
-            gains: parameters.los,
-            integral_gain: parameters.integral_gain,
-        };
+        let tuning = LosTuning { law, gains: parameters.los, integral_gain: parameters.integral_gain };
         let law_at_work = TrackingLaw::new(tuning, Some(course));
         let goes_on = baseline_from(&scene, &parameters, &law_at_work, &Stop::never());
         // One works in the craft's frame, the other in the datum's: equal but for rounding.
         assert_eq!(starts.trajectory.len(), goes_on.trajectory.len());
         for (one, other) in starts.trajectory.iter().zip(&goes_on.trajectory) {
-            assert!(
-                (one.position() - other.position()).norm() < 1e-6,
-                "{law:?}: {one:?} and {other:?}"
-            );
+            assert!((one.position() - other.position()).norm() < 1e-6, "{law:?}: {one:?} and {other:?}");
         }
         let turned = wrap(starts.reference.heading.radians() - goes_on.reference.heading.radians());
         assert!(

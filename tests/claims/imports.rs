@@ -39,11 +39,7 @@ impl Crate {
             let mut found = vec![];
             words(text.parse().expect("is Rust"), &mut found);
             let mut file = read(&without_tests(&found));
-            let folder = if module.is_empty() {
-                path.with_file_name("")
-            } else {
-                path.with_extension("")
-            };
+            let folder = if module.is_empty() { path.with_file_name("") } else { path.with_extension("") };
             for child in &file.children {
                 open.push((join(&module, child), folder.join(child).with_extension("rs")));
             }
@@ -79,9 +75,7 @@ impl Crate {
     fn source(&self, module: &[String], path: &[String]) -> Option<Names> {
         let mut absolute = self.absolute(module, path)?;
         for _ in 0..8 {
-            let n = (0..=absolute.len())
-                .rev()
-                .find(|n| self.files.contains_key(&absolute[..*n]))?;
+            let n = (0..=absolute.len()).rev().find(|n| self.files.contains_key(&absolute[..*n]))?;
             let (found, rest) = absolute.split_at(n);
             let Some(imported) = rest.first().and_then(|name| self.files[found].imports.get(name)) else {
                 return Some(found.to_vec());
@@ -138,10 +132,7 @@ impl Crate {
             cycle.rotate_left(least);
             let step = |i: usize| {
                 let (module, next) = (cycle[i], cycle[(i + 1) % cycle.len()]);
-                (
-                    self.files[module].path.display().to_string(),
-                    imports[module][next].clone(),
-                )
+                (self.files[module].path.display().to_string(), imports[module][next].clone())
             };
             Some((0..cycle.len()).map(step).collect())
         });
@@ -182,11 +173,7 @@ fn without_tests(words: &[String]) -> Vec<String> {
     let mut kept = vec![];
     let mut i = 0;
     while i < words.len() {
-        if words[i..]
-            .iter()
-            .take(7)
-            .eq(["#", "[", "cfg", "(", "test", ")", "]"])
-        {
+        if words[i..].iter().take(7).eq(["#", "[", "cfg", "(", "test", ")", "]"]) {
             let mut depth = 0;
             i += 7;
             while i < words.len() {
@@ -215,20 +202,12 @@ fn read(words: &[String]) -> File {
         }
         if at(i) == "use" {
             let public = i > 0 && matches!(at(i - 1), "pub" | ")");
-            let end = i + words[i..]
-                .iter()
-                .position(|word| word == ";")
-                .expect("a use ends");
+            let end = i + words[i..].iter().position(|word| word == ";").expect("a use ends");
             let mut leaves = vec![];
             tree(&words[i + 1..end], &[], &mut leaves);
             for (path, name) in leaves {
                 file.imports.insert(name, path.clone());
-                if public {
-                    &mut file.exports
-                } else {
-                    &mut file.paths
-                }
-                .insert(path);
+                if public { &mut file.exports } else { &mut file.paths }.insert(path);
             }
             i = end;
         } else if is_name(at(i)) && at(i + 1) == "::" && (i == 0 || at(i - 1) != "::") {
@@ -272,10 +251,7 @@ fn tree(words: &[String], before: &[String], leaves: &mut Vec<(Names, String)>) 
         }
         i += 1;
     }
-    if let Some(name) = path
-        .last()
-        .filter(|_| path.len() > before.len() || !words.is_empty())
-    {
+    if let Some(name) = path.last().filter(|_| path.len() > before.len() || !words.is_empty()) {
         leaves.push((path.clone(), name.clone()));
     }
 }

@@ -72,10 +72,7 @@ async fn a_plan_takes_less_than_a_kilobyte_of_the_disk() {
     let mission = service.create(&simulated("paper-intermittent")).await;
     service.order(&mission, "step", json!({ "ticks": 30 })).await;
     let log = rusqlite::Connection::open(service.data.path().join(FILE_NAME)).expect("opens");
-    let bytes = |query: &str| {
-        log.query_row(query, [], |row| row.get::<_, i64>(0))
-            .expect("reads")
-    };
+    let bytes = |query: &str| log.query_row(query, [], |row| row.get::<_, i64>(0)).expect("reads");
     let plan = bytes("SELECT CAST(avg(length(body)) AS INTEGER) FROM events WHERE kind = 'planned'");
     let checkpoint = bytes("SELECT length(body) FROM snapshots");
     assert!(plan < 1_000 && checkpoint < 10_000, "{plan}, {checkpoint}");
@@ -95,10 +92,7 @@ async fn a_scene_has_the_contents_of_a_map_and_the_controller_s_task() {
     let scenario = Scenario::named("crowded").expect("exists");
     let flown = mission::Mission::new(&scenario, "", 1).expect("starts");
     let expected = json!(["saturated_los", 1920.0, flown.record().settled_after]);
-    assert_eq!(
-        json!([scene["controller"], scene["duration_s"], scene["settled_after_s"]]),
-        expected
-    );
+    assert_eq!(json!([scene["controller"], scene["duration_s"], scene["settled_after_s"]]), expected);
     let n_paths = scene["paths"].as_object().map(serde_json::Map::len);
     let n_discs = scene["keep_outs"].as_array().map(Vec::len);
     assert_eq!((n_discs, n_paths), (Some(1), Some(2)));
@@ -282,9 +276,7 @@ async fn a_repeated_request_with_its_key_is_carried_out_once() {
     assert_eq!(report(&service, "first").await.json(), first.json());
     let again = service.patch_keyed(&mission, &to_auv_1, "to 1").await;
     assert_eq!(again.expected(200), changed.json());
-    let taken = service
-        .patch_keyed(&mission, &json!({ "area": null }), "to 1")
-        .await;
+    let taken = service.patch_keyed(&mission, &json!({ "area": null }), "to 1").await;
     assert_eq!(taken.problem()["code"], "idempotency_key_taken");
     let ended = service.post_keyed(&finish, &json!({}), "end").await;
     assert_eq!(ended.json()["status"], "finished");
@@ -327,9 +319,8 @@ async fn every_call_names_a_wrong_parameter() {
     }
     let events = with(get(&format!("{mission}/events")), "last-event-id", "last");
     assert_names(events, "Last-Event-ID", "last_event_id").await;
-    let mut keyed: Vec<_> = ["run", "pause", "finish", "step"]
-        .map(|order| (format!("{mission}/{order}"), json!({}), "é"))
-        .into();
+    let mut keyed: Vec<_> =
+        ["run", "pause", "finish", "step"].map(|order| (format!("{mission}/{order}"), json!({}), "é")).into();
     keyed.push(("/v1/missions".to_owned(), live(), ""));
     keyed.push((format!("{mission}/reports"), heard(service.clock.unix_s()), ""));
     for (path, body, key) in keyed {
@@ -355,10 +346,7 @@ async fn a_command_of_another_kind_of_mission_is_a_conflict() {
     service.order(&unreal, "run", slowly).await;
     let refused = service.post(&format!("{unreal}/step"), &json!({})).await;
     refused.must_say("pause it first");
-    for (order, body) in [
-        ("run", json!({ "speed_factor": 0.0 })),
-        ("step", json!({ "ticks": 0 })),
-    ] {
+    for (order, body) in [("run", json!({ "speed_factor": 0.0 })), ("step", json!({ "ticks": 0 }))] {
         let refused = service.post(&format!("{unreal}/{order}"), &body).await;
         assert_eq!(refused.faults()[0].1, "out_of_range");
     }
@@ -373,9 +361,7 @@ async fn a_command_of_another_kind_of_mission_is_a_conflict() {
 async fn pages(service: &Service, limit: u32, bytes_max: usize) -> (Vec<String>, usize) {
     let (mut after, mut paths) = (json!(0), vec![]);
     for n in 1.. {
-        let page = service
-            .get(&format!("/v1/missions?after={after}&limit={limit}"))
-            .await;
+        let page = service.get(&format!("/v1/missions?after={after}&limit={limit}")).await;
         assert!(page.text.len() < bytes_max, "{}", page.text.len());
         let page = page.json();
         let missions = page["missions"].as_array().expect("is a list");
@@ -422,12 +408,7 @@ async fn a_mission_deleted_during_reads_is_gone_and_not_damaged() {
             service.hear(&mission).await;
         }
         let (answered, mut answers) = tokio::sync::mpsc::unbounded_channel();
-        let calls = [
-            "reference",
-            "reference?wait_s=1",
-            "record?format=csv",
-            "events?after=0",
-        ];
+        let calls = ["reference", "reference?wait_s=1", "record?format=csv", "events?after=0"];
         let readers = calls.map(|call| {
             let (service, answered) = (Arc::clone(&service), answered.clone());
             let path = format!("{mission}/{call}");
@@ -486,10 +467,7 @@ async fn a_service_without_its_data_directory_acknowledges_nothing_and_is_not_re
     let service = Service::start().await;
     let (here, away) = (service.data.path(), service.data.path().with_extension("away"));
     fs::rename(here, &away).expect("is there");
-    for answer in [
-        service.post("/v1/missions", &live()).await,
-        service.get("/readyz").await,
-    ] {
+    for answer in [service.post("/v1/missions", &live()).await, service.get("/readyz").await] {
         answer.must_be(503);
         answer.must_say("deleted or replaced");
     }
@@ -555,11 +533,7 @@ mod slow {
             }
 
             let parameters = Parameters::default();
-            let tuning = LosTuning {
-                law,
-                gains: parameters.los,
-                integral_gain: parameters.integral_gain,
-            };
+            let tuning = LosTuning { law, gains: parameters.los, integral_gain: parameters.integral_gain };
             // Slightly longer than the mission's plans.
             let scenario = Scenario::named("paper-intermittent").expect("exists");
             let (scenario, mut guide) = (scenario.lasting(300.0), LosGuide::tuned(tuning));

@@ -99,10 +99,9 @@ async fn a_member_is_refused_by_place_and_reason() {
     "#;
     assert_refused(&example("track"), table).await;
     let long = "é".repeat(65);
-    for (id, code, said) in [
-        (&*long, "length", "must have 1 to 64 bytes"),
-        ("auv\u{0}1", "control_character", ""),
-    ] {
+    for (id, code, said) in
+        [(&*long, "length", "must have 1 to 64 bytes"), ("auv\u{0}1", "control_character", "")]
+    {
         let mut body = example("track");
         (body["auvs"][0]["id"], body["goal"]["auv"]) = (json!(id), json!(id));
         let answer = planned(body.to_string()).await;
@@ -495,10 +494,7 @@ async fn another_version_and_long_metadata_are_refused_together() {
     let mut body = example("track");
     body["schema_version"] = json!("2.0");
     body["metadata"] = json!({ "long": "x".repeat(5000) });
-    let (version, metadata) = (
-        fault("/schema_version", "unsupported"),
-        fault("/metadata", "length"),
-    );
+    let (version, metadata) = (fault("/schema_version", "unsupported"), fault("/metadata", "length"));
     let answer = planned(body.to_string()).await;
     assert_eq!(answer.faults(), [version, metadata].concat());
 }
@@ -507,16 +503,8 @@ async fn another_version_and_long_metadata_are_refused_together() {
 async fn a_huge_list_is_not_compared_and_a_long_name_not_repeated_in_full() {
     let names: Vec<_> = (0..50_000).map(|i| i.to_string()).collect();
     for (goal, pointer, code) in [
-        (
-            json!({ "kind": "midpoint", "auvs": names }),
-            "/goal/auvs",
-            "length",
-        ),
-        (
-            json!({ "kind": "track", "auv": "x".repeat(100_000) }),
-            "/goal/auv",
-            "unknown_vehicle",
-        ),
+        (json!({ "kind": "midpoint", "auvs": names }), "/goal/auvs", "length"),
+        (json!({ "kind": "track", "auv": "x".repeat(100_000) }), "/goal/auv", "unknown_vehicle"),
     ] {
         let mut body = example("track");
         body["goal"] = goal;
@@ -543,10 +531,9 @@ async fn a_body_in_another_type_coding_or_character_set_is_refused() {
         let answer = with_header(simulated_machine(), "content-type", other).await;
         answer.must_refuse(415, "unsupported_media_type");
     }
-    for (name, value) in [
-        ("content-encoding", "Identity"),
-        ("content-type", "application/json;charset=\"UTF-8\""),
-    ] {
+    for (name, value) in
+        [("content-encoding", "Identity"), ("content-type", "application/json;charset=\"UTF-8\"")]
+    {
         with_header(simulated_machine(), name, value).await.must_be(200);
     }
     let mut untyped = post("/v1/plan", EXAMPLES[0].body);
@@ -583,10 +570,7 @@ async fn said(settings: Settings, request: &str) -> String {
 #[tokio::test(start_paused = true)]
 async fn a_slow_body_is_refused_before_planning() {
     const LIMIT: Duration = Duration::from_millis(50);
-    let settings = Settings {
-        body_time_limit: LIMIT,
-        ..simulated_machine()
-    };
+    let settings = Settings { body_time_limit: LIMIT, ..simulated_machine() };
     let half = "POST /v1/plan HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\n\
         content-length: 100\r\n\r\n{";
     let clock = settings.clock.clone();
@@ -594,21 +578,14 @@ async fn a_slow_body_is_refused_before_planning() {
     let answer = said(settings, half).await;
     assert_eq!(clock.since(start), LIMIT);
     assert!(answer.starts_with("HTTP/1.1 408 "), "{answer}");
-    for part in [
-        "connection: close",
-        "application/problem+json",
-        r#""code":"body_timed_out""#,
-    ] {
+    for part in ["connection: close", "application/problem+json", r#""code":"body_timed_out""#] {
         assert!(answer.contains(part), "{answer}");
     }
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_body_slower_than_the_deadline_is_answered_by_a_lower_level() {
-    let settings = Settings {
-        deadline: Duration::from_millis(50),
-        ..simulated_machine()
-    };
+    let settings = Settings { deadline: Duration::from_millis(50), ..simulated_machine() };
     let clock = settings.clock.clone();
     let (head, tail) = EXAMPLES[0].body.split_at(20);
     let late = stream::once(async move {
@@ -625,9 +602,7 @@ async fn a_body_of_too_many_pieces_is_refused_even_if_they_are_short() {
     for (n_pieces, status) in [(8_000, 200), (9_000, 400)] {
         let spaces = (1..n_pieces).map(|_| " ");
         let pieces = spaces.chain([EXAMPLES[0].body]).map(Ok::<_, std::io::Error>);
-        planned(Body::from_stream(stream::iter(pieces)))
-            .await
-            .must_be(status);
+        planned(Body::from_stream(stream::iter(pieces))).await.must_be(status);
     }
 }
 
@@ -666,11 +641,7 @@ fn assert_refusal(answer: &Answer, status: u16, code: &str, again: bool) {
 
 #[tokio::test(start_paused = true)]
 async fn a_request_beyond_the_queue_is_refused_and_the_others_are_answered() {
-    let settings = Settings {
-        planners: 1,
-        waiting: 1,
-        ..simulated_machine()
-    };
+    let settings = Settings { planners: 1, waiting: 1, ..simulated_machine() };
     settings.clock.delay_threads(Duration::from_millis(300));
     let service = app(settings);
     let asked = (0..3).map(|_| send_to(service.clone(), post("/v1/plan", EXAMPLES[0].body)));
@@ -702,12 +673,8 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
         assert!(snapshot.asc.position().x < 1e3, "on purpose");
         plan_until(snapshot, parameters, workspace, stop)
     }
-    let service = app(Settings {
-        plan: panics_ahead_of_north,
-        planners: 1,
-        waiting: 0,
-        ..simulated_machine()
-    });
+    let service =
+        app(Settings { plan: panics_ahead_of_north, planners: 1, waiting: 0, ..simulated_machine() });
     let mut far = example("track");
     far["asc"]["north_m"] = json!(2e3);
     let answer = send_to(service.clone(), post("/v1/plan", far.to_string())).await;
@@ -720,18 +687,12 @@ async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
 /// The planner, with a solver that ran out of iterations.
 fn gives_up(snapshot: &Snapshot, parameters: &Parameters, workspace: &mut Workspace, stop: &Stop) -> Plan {
     let plan = plan_until(snapshot, parameters, workspace, stop);
-    Plan {
-        degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)),
-        ..plan
-    }
+    Plan { degraded: Some(Degraded::Solver(SolverStatus::MaxIterations)), ..plan }
 }
 
 #[tokio::test(start_paused = true)]
 async fn the_client_chooses_a_fallback_or_a_refusal_without_a_solution() {
-    let settings = Settings {
-        plan: gives_up,
-        ..simulated_machine()
-    };
+    let settings = Settings { plan: gives_up, ..simulated_machine() };
     let degraded = send(settings.clone(), post("/v1/plan", EXAMPLES[0].body)).await;
     let degraded = degraded.expected(200);
     assert_eq!(
@@ -757,17 +718,10 @@ async fn readiness_is_tested_again_after_a_second() {
         workspace: &mut Workspace,
         stop: &Stop,
     ) -> Plan {
-        let plan = if GIVES_UP.load(Ordering::Relaxed) {
-            gives_up
-        } else {
-            plan_until
-        };
+        let plan = if GIVES_UP.load(Ordering::Relaxed) { gives_up } else { plan_until };
         plan(snapshot, parameters, workspace, stop)
     }
-    let settings = Settings {
-        plan: gives_up_later,
-        ..simulated_machine()
-    };
+    let settings = Settings { plan: gives_up_later, ..simulated_machine() };
     let clock = settings.clock.clone();
     let service = app(settings);
     let ready = async || send_to(service.clone(), get("/readyz")).await.status;
@@ -781,10 +735,7 @@ async fn readiness_is_tested_again_after_a_second() {
 
 #[tokio::test(start_paused = true)]
 async fn another_origin_and_another_host_get_a_reason() {
-    let settings = || Settings {
-        hosts: Some(Hosts::default()),
-        ..simulated_machine()
-    };
+    let settings = || Settings { hosts: Some(Hosts::default()), ..simulated_machine() };
     let asked = async |name: &'static str, value: &'static str| {
         let here = with(post("/v1/plan", EXAMPLES[0].body), "host", "localhost:8080");
         send(settings(), with(here, name, value)).await

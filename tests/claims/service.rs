@@ -53,11 +53,7 @@ async fn every_example_is_planned_and_no_worse_than_line_of_sight() {
         let n = plan.trajectory.len();
         assert_eq!(plan.goal.trajectory.len(), n);
         for target in &plan.targets {
-            let lengths = [
-                target.trajectory.len(),
-                target.depths_m.len(),
-                target.position_sigma_m.len(),
-            ];
+            let lengths = [target.trajectory.len(), target.depths_m.len(), target.position_sigma_m.len()];
             assert_eq!(lengths, [n; 3]);
             assert!(target.position_sigma_m.is_sorted(), "uncertainty grows with time");
         }
@@ -190,11 +186,7 @@ async fn a_batch_answers_each_request_as_if_alone() {
         assert_eq!(problem["errors"][0]["pointer"], pointer);
         assert!(!problem["request_id"].as_str().expect("is text").is_empty());
     }
-    for body in [
-        json!([]),
-        json!({ "requests": [] }),
-        json!({ "requests": vec![0; 65] }),
-    ] {
+    for body in [json!([]), json!({ "requests": [] }), json!({ "requests": vec![0; 65] })] {
         let refused = asked(post("/v1/plan/batch", body.to_string())).await;
         refused.must_be(422);
         assert_eq!(refused.faults()[0].0, "/requests");
@@ -276,15 +268,8 @@ async fn the_openapi_document_states_dependencies_of_members() {
         for rule in schema["allOf"].as_array().into_iter().flatten() {
             let variants = ["oneOf", "anyOf"].iter().find_map(|word| rule[word].as_array());
             for variant in variants.expect("one of them") {
-                let named = variant["properties"]
-                    .as_object()
-                    .into_iter()
-                    .flat_map(|names| names.keys());
-                let required = variant["required"]
-                    .as_array()
-                    .into_iter()
-                    .flatten()
-                    .filter_map(Value::as_str);
+                let named = variant["properties"].as_object().into_iter().flat_map(|names| names.keys());
+                let required = variant["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
                 for name in named.map(String::as_str).chain(required) {
                     assert!(schema["properties"][name].is_object(), "{shape} has no {name}");
                 }
@@ -296,10 +281,7 @@ async fn the_openapi_document_states_dependencies_of_members() {
     for (place, said) in [
         ("Auv/allOf/0/oneOf/0/required", json!(["state"])),
         ("Auv/allOf/0/oneOf/0/properties/reports/type", json!("null")),
-        (
-            "Goal/discriminator/mapping/intermittent",
-            json!("#/components/schemas/GoalIntermittent"),
-        ),
+        ("Goal/discriminator/mapping/intermittent", json!("#/components/schemas/GoalIntermittent")),
         ("GoalIntermittent/properties/kind/enum", json!(["intermittent"])),
         ("GoalIntermittent/properties/dwell_s/type", json!("number")),
         ("GoalVisit/additionalProperties", json!(false)),
@@ -313,16 +295,9 @@ async fn the_openapi_document_states_dependencies_of_members() {
         assert_eq!(schemas.pointer(&format!("/{place}")), Some(&said), "{place}");
     }
     let angle = &schemas["SegmentArc"]["properties"]["angle_rad"];
-    assert_eq!(
-        angle["minimum"].as_f64(),
-        angle["maximum"].as_f64().map(|most| -most)
-    );
+    assert_eq!(angle["minimum"].as_f64(), angle["maximum"].as_f64().map(|most| -most));
     // The least request gives no defaults, and absent members are not null.
-    for place in [
-        "GoalTrack/properties/auv/default",
-        "Auv/properties/id/default",
-        "PlanRequest/oneOf",
-    ] {
+    for place in ["GoalTrack/properties/auv/default", "Auv/properties/id/default", "PlanRequest/oneOf"] {
         assert_eq!(schemas.pointer(&format!("/{place}")), None, "{place}");
     }
     let body = &document["paths"]["/v1/plan"]["post"]["requestBody"]["content"]["application/json"]["schema"];
@@ -402,10 +377,7 @@ async fn every_listed_example_is_served_as_its_file() {
         let named = json!([entry["name"], entry["title"]]);
         assert_eq!(named, json!([example.name, example.title]));
         let served = asked(get(&format!("/v1/examples/{}", example.name))).await;
-        assert_eq!(
-            (&*served.text, served.content_type()),
-            (example.body, "application/json")
-        );
+        assert_eq!((&*served.text, served.content_type()), (example.body, "application/json"));
     }
 }
 
@@ -428,10 +400,7 @@ async fn health_readiness_and_version_have_their_answers() {
     for (path, expected) in [
         ("/livez", json!({ "status": "live" })),
         ("/readyz", json!({ "status": "ready" })),
-        (
-            "/version",
-            json!({ "name": "pilotfish", "version": version, "schema_version": "1.0" }),
-        ),
+        ("/version", json!({ "name": "pilotfish", "version": version, "schema_version": "1.0" })),
     ] {
         assert_eq!(served(path).await, expected);
     }
@@ -504,10 +473,7 @@ async fn the_openapi_document_resolves_every_reference() {
     let text = document.to_string();
     for rest in text.split("\"#/").skip(1) {
         let reference = rest.split('"').next().unwrap_or_default();
-        assert!(
-            document.pointer(&format!("/{reference}")).is_some(),
-            "{reference}"
-        );
+        assert!(document.pointer(&format!("/{reference}")).is_some(), "{reference}");
     }
 }
 
@@ -519,17 +485,13 @@ async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
         let listed: Vec<_> = responses.as_object().expect("an object").keys().collect();
         assert_eq!(
             listed,
-            [
-                "200", "400", "401", "403", "408", "413", "415", "422", "500", "503", "504"
-            ],
+            ["200", "400", "401", "403", "408", "413", "415", "422", "500", "503", "504"],
             "{path}"
         );
         for status in &listed[1..] {
             let content = &responses[status.as_str()]["content"]["application/problem+json"];
             assert!(
-                content["schema"]["$ref"]
-                    .as_str()
-                    .is_some_and(|shape| shape.ends_with("/ProblemDocument")),
+                content["schema"]["$ref"].as_str().is_some_and(|shape| shape.ends_with("/ProblemDocument")),
                 "{path} {status}: {responses}"
             );
         }
@@ -538,10 +500,7 @@ async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
         let schema = &document["components"]["schemas"]["FieldError"]["properties"][member];
         assert!(schema.is_object(), "{member} is not listed");
         for narrowed in ["type", "oneOf", "$ref"] {
-            assert!(
-                schema.get(narrowed).is_none(),
-                "{member} may be any JSON: {schema}"
-            );
+            assert!(schema.get(narrowed).is_none(), "{member} may be any JSON: {schema}");
         }
     }
 }
@@ -553,11 +512,7 @@ fn range_in(description: &str) -> Option<(f64, f64)> {
     let least = least.split(' ').next()?.replace('−', "-");
     let most = most.split(&[':', ';'][..]).next()?.trim_end_matches('.');
     let digits = |c: &char| c.is_ascii_digit() || [' ', ',', '.'].contains(c);
-    let most: String = most
-        .chars()
-        .take_while(digits)
-        .filter(|c| *c != ' ' && *c != ',')
-        .collect();
+    let most: String = most.chars().take_while(digits).filter(|c| *c != ' ' && *c != ',').collect();
     Some((least.parse().ok()?, most.trim_end_matches('.').parse().ok()?))
 }
 
@@ -583,10 +538,7 @@ async fn the_openapi_document_and_descriptions_have_the_checked_ranges() {
     assert!(n_documented > 5, "only {n_documented} descriptions state a range");
     for (place, limit) in [
         ("Report/properties/sigma_m/minimum", json!(0.001)),
-        (
-            "Report/properties/course_rad/maximum",
-            json!(std::f64::consts::TAU),
-        ),
+        ("Report/properties/course_rad/maximum", json!(std::f64::consts::TAU)),
         ("Auv/properties/reports/maxItems", json!(64)),
         ("Auv/properties/id/maxLength", json!(64)),
         ("PlanRequest/properties/auvs/minItems", json!(1)),
@@ -618,16 +570,11 @@ async fn the_documented_defaults_of_the_limits_are_the_ones_used() {
     let document = served("/openapi.json").await;
     let request = tests::observation(tests::goals()[0].clone());
     let used = serde_json::to_value(request.limits).expect("becomes JSON");
-    for (member, schema) in document["components"]["schemas"]["Limits"]["properties"]
-        .as_object()
-        .expect("an object")
+    for (member, schema) in
+        document["components"]["schemas"]["Limits"]["properties"].as_object().expect("an object")
     {
         let text = schema["description"].as_str().expect("every member is described");
-        let documented = text
-            .rsplit("Default: ")
-            .next()
-            .expect("a default")
-            .trim_end_matches('.');
+        let documented = text.rsplit("Default: ").next().expect("a default").trim_end_matches('.');
         // A number limits speeds, the craft everything else.
         if let Ok(number) = documented.parse::<f64>() {
             assert!(member.starts_with("speed_"), "{member}: {text}");
@@ -680,11 +627,7 @@ fn on_earth(body: &Value, origin: Value) -> Value {
                 *value = place(datum, &items[0], &items[1]).expect("is a point");
             }
             Value::Array(items) => {
-                let name = if matches!(name, "area" | "points") {
-                    "point"
-                } else {
-                    ""
-                };
+                let name = if matches!(name, "area" | "points") { "point" } else { "" };
                 for item in items {
                     moved(datum, name, item);
                 }

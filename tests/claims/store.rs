@@ -57,8 +57,7 @@ impl Place {
         match self {
             Self::File(directory, _) => {
                 let file = rusqlite::Connection::open(directory.path().join(FILE_NAME));
-                file.and_then(|file| file.execute_batch(statements))
-                    .expect("is done");
+                file.and_then(|file| file.execute_batch(statements)).expect("is done");
             }
             Self::Database(url) => drop(psql(url, statements)),
         }
@@ -217,18 +216,12 @@ async fn a_client_beyond_its_share_stores_nothing_and_others_still_do(place: Pla
     // A repeated request gets its answer, and the mission itself may still store.
     let again = store.append(keyed(5, 1, "answer")).await;
     assert_eq!(again, Ok(Appended::AnsweredBefore(b"answer".to_vec())));
-    let own = Append {
-        room: Room::Any,
-        ..append("a", vec![event(5, &long)])
-    };
+    let own = Append { room: Room::Any, ..append("a", vec![event(5, &long)]) };
     add(&store, own).await;
     assert_eq!(store.append(made("b", "one")).await, Ok(Appended::ShareUsed));
     add(&store, made("c", "two")).await;
     // Beyond half of it no mission is made.
-    let longer = Append {
-        number: Some(2),
-        ..append("c", vec![event(2, &long)])
-    };
+    let longer = Append { number: Some(2), ..append("c", vec![event(2, &long)]) };
     add(&store, longer).await;
     assert_eq!(store.append(made("d", "two")).await, Ok(Appended::ShareUsed));
     drop(store);
@@ -302,10 +295,7 @@ async fn a_reader_after_a_number_misses_no_event_of_two_services() {
 
 async fn ages_count_from_a_stored_time(place: Place) {
     let store = place.open().await;
-    let finished = Append {
-        status: "finished".to_owned(),
-        ..append("a", vec![event(1, "1")])
-    };
+    let finished = Append { status: "finished".to_owned(), ..append("a", vec![event(1, "1")]) };
     add(&store, finished).await;
     store.protect().await.expect("is stored");
     store.read_clocks().await.expect("is stored");
@@ -459,10 +449,7 @@ async fn a_database_of_the_first_schema_gets_the_digests_of_its_events() {
     let Some(url) = database() else { return };
     let place = Place::Database(url.clone());
     let store = place.open().await;
-    let other = StoredEvent {
-        kind: "größe".to_owned(),
-        ..event(2, "2")
-    };
+    let other = StoredEvent { kind: "größe".to_owned(), ..event(2, "2") };
     add(&store, append("a", vec![event(1, "1"), other, event(3, "3")])).await;
     add(&store, append("b", vec![])).await;
     store.close().await.expect("ends");
@@ -518,10 +505,7 @@ async fn a_client_s_token_never_goes_to_addresses_from_the_database_alone() {
         client.write_all(redirect.as_bytes()).await.expect("listens");
         String::from_utf8_lossy(&head).into_owned()
     });
-    let paused = Append {
-        status: "paused".to_owned(),
-        ..append("a", vec![event(1, "made")])
-    };
+    let paused = Append { status: "paused".to_owned(), ..append("a", vec![event(1, "made")]) };
     add(&joined(&url, "one"), paused).await;
     let owner = format!(
         "INSERT INTO services (id, url, lease_ms, beat) VALUES ('stranger', '{address}', 3600000, 0);
@@ -529,10 +513,7 @@ async fn a_client_s_token_never_goes_to_addresses_from_the_database_alone() {
     );
     let _ = psql(&url, &owner);
     let pause = async |peers| {
-        let settings = Settings {
-            peers,
-            ..Settings::default()
-        };
+        let settings = Settings { peers, ..Settings::default() };
         let (router, _missions) = service(settings, joined(&url, "two")).await.expect("starts");
         let request = post("/v1/missions/a/pause", "{}");
         send_to(router, with(request, "authorization", "Bearer secret")).await
@@ -571,10 +552,7 @@ async fn a_lease_ends_in_time_and_a_lost_one_returns_under_another_number() {
     let Some(url) = database() else { return };
     let clock = Clock::simulated(START_S);
     let millis = Duration::from_millis;
-    let member = Member {
-        url: "http://one".to_owned(),
-        lease: millis(2_000),
-    };
+    let member = Member { url: "http://one".to_owned(), lease: millis(2_000) };
     let store = EventStore::open_database(&url, Some(member), u64::MAX, &clock).expect("opens");
     let lease = store.lease().expect("is shared");
     assert_eq!((lease.url(), lease.turn_time()), ("http://one", millis(250)));

@@ -51,10 +51,7 @@ impl Samples {
     }
 
     fn names(&self) -> BTreeSet<&str> {
-        self.0
-            .keys()
-            .map(|sample| sample.split('{').next().unwrap_or(sample))
-            .collect()
+        self.0.keys().map(|sample| sample.split('{').next().unwrap_or(sample)).collect()
     }
 }
 
@@ -93,10 +90,7 @@ async fn the_dashboard_queries_existing_metrics() {
     assert!(0.0 < samples.sum("pilotfish_mission_plan_late_seconds_count", &[]));
     let (told, asked) = (samples.names(), asked_for());
     assert!(20 < asked.len(), "{asked:?}");
-    let missing: Vec<_> = asked
-        .iter()
-        .filter(|name| !told.contains(name.as_str()))
-        .collect();
+    let missing: Vec<_> = asked.iter().filter(|name| !told.contains(name.as_str())).collect();
     assert!(missing.is_empty(), "{missing:?} are not among {told:#?}");
     assert!(1e6 < samples.sum("process_resident_memory_bytes", &[]));
 }
@@ -110,11 +104,7 @@ async fn plans_and_calls_are_counted_under_fixed_labels() {
     posted(&service, "/v1/plan", &hurried).await;
     let batch = json!({ "requests": [example("track"), example("track")] });
     posted(&service, "/v1/plan/batch", &batch).await;
-    for request in [
-        get("/v1/examples/of-a-client"),
-        get("/of-a-client"),
-        call("INVENTED", "/version"),
-    ] {
+    for request in [get("/v1/examples/of-a-client"), get("/of-a-client"), call("INVENTED", "/version")] {
         send_to(service.clone(), request).await;
     }
 
@@ -128,10 +118,7 @@ async fn plans_and_calls_are_counted_under_fixed_labels() {
     assert!(3.0 <= samples.sum("pilotfish_scp_iterations_sum", &[]));
     let calls = |labels: &[&str]| samples.sum("pilotfish_http_request_duration_seconds_count", labels);
     for (labels, n) in [
-        (
-            &["method=\"POST\"", "route=\"/v1/plan\"", "status=\"2xx\""][..],
-            2.0,
-        ),
+        (&["method=\"POST\"", "route=\"/v1/plan\"", "status=\"2xx\""][..], 2.0),
         (&["route=\"/v1/examples/{name}\"", "status=\"4xx\""], 1.0),
         (&["route=\"unmatched\"", "status=\"4xx\""], 1.0),
         (&["method=\"other\"", "route=\"/version\""], 1.0),
@@ -144,11 +131,7 @@ async fn plans_and_calls_are_counted_under_fixed_labels() {
 
 #[tokio::test(start_paused = true)]
 async fn refused_requests_are_counted_by_reason() {
-    let settings = Settings {
-        planners: 1,
-        waiting: 0,
-        ..simulated_machine()
-    };
+    let settings = Settings { planners: 1, waiting: 0, ..simulated_machine() };
     let clock = settings.clock.clone();
     clock.delay_threads(Duration::from_millis(300));
     let service = service::app(settings);
@@ -184,10 +167,7 @@ async fn missions_are_counted_by_status_and_by_craft_that_do_not_follow() {
         plan.craft.monitor.alarm = !FOLLOWS.load(Ordering::Relaxed);
         plan
     }
-    let settings = Settings {
-        plan: alarming,
-        ..simulated_machine()
-    };
+    let settings = Settings { plan: alarming, ..simulated_machine() };
     let service = Service::start_with(settings).await;
     let router = &service.router;
     let after_a_period = async || {
@@ -292,9 +272,6 @@ async fn a_trace_continues_in_log_and_answer() {
     let own = answered[1].split('-').nth(1).expect("is a context");
     assert!(own.len() == 32 && own != TRACE, "{own}");
     for trace in [TRACE, own] {
-        assert_eq!(
-            lines_of(&log, &["answered", &format!("trace_id={trace}")]).len(),
-            1
-        );
+        assert_eq!(lines_of(&log, &["answered", &format!("trace_id={trace}")]).len(), 1);
     }
 }

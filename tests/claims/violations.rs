@@ -64,17 +64,11 @@ fn a_broken_limit_names_its_violator_at_any_place_in_the_list() {
 
 #[test]
 fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
-    let discs_only = broken(PlanRequest {
-        surfacing_separation_m: None,
-        ..amiss()
-    });
+    let discs_only = broken(PlanRequest { surfacing_separation_m: None, ..amiss() });
     let about_discs = |violation: &Violation| violation.limit == SoftLimit::KeepOut;
     let about_auvs = |violation: &Violation| violation.limit == SoftLimit::SurfacingSeparation;
     assert!(discs_only.iter().any(about_discs) && !discs_only.iter().any(about_auvs));
-    let auvs_only = broken(PlanRequest {
-        keep_outs: vec![],
-        ..amiss()
-    });
+    let auvs_only = broken(PlanRequest { keep_outs: vec![], ..amiss() });
     let violation = of_limit(&auvs_only, SoftLimit::SurfacingSeparation);
     assert_eq!(violation.pointer, Some(Subject::Auv(1)));
     assert!(!auvs_only.iter().any(about_discs));
@@ -83,14 +77,8 @@ fn a_disc_and_an_auv_at_the_surface_are_distinguished() {
 #[test]
 fn a_plan_names_the_limit_of_motion_that_it_violates() {
     // It goes at 0.3 m/s, and needs seconds to become as fast as it must be.
-    let limits = Limits {
-        speed_min: 1.0,
-        ..Limits::MEDUSA
-    };
-    let plan = planned(PlanRequest {
-        limits: Some(limits.into()),
-        ..observation(goals()[0].clone())
-    });
+    let limits = Limits { speed_min: 1.0, ..Limits::MEDUSA };
+    let plan = planned(PlanRequest { limits: Some(limits.into()), ..observation(goals()[0].clone()) });
     assert_eq!(plan.method, Method::Mpc);
     let violation = of_limit(&plan.violations, SoftLimit::ForwardSpeed);
     assert!(0.5 < violation.amount && violation.amount < 0.7, "{violation:?}");

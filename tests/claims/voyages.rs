@@ -6,13 +6,8 @@ use tests::voyage::{Course, Kind, Voyage, sail, sail_all};
 
 const SEEDS: u64 = 200;
 
-const COURSE: Course = Course {
-    duration_s: 100.0,
-    is_nominal: false,
-    only: None,
-    is_shared: None,
-    is_dry: false,
-};
+const COURSE: Course =
+    Course { duration_s: 100.0, is_nominal: false, only: None, is_shared: None, is_dry: false };
 
 /// The voyages of `seeds`, in which every claim holds.
 fn unbroken(seeds: Range<u64>, course: Course) -> Vec<Voyage> {
@@ -29,10 +24,7 @@ fn every_claim_holds_in_two_hundred_voyages_with_faults() {
 
 #[test]
 fn a_voyage_without_faults_has_no_alarm() {
-    let quiet = Course {
-        is_nominal: true,
-        ..COURSE
-    };
+    let quiet = Course { is_nominal: true, ..COURSE };
     unbroken(2..5, quiet);
     let is_shared = Some(true);
     unbroken(5..6, Course { is_shared, ..quiet });
@@ -40,11 +32,7 @@ fn a_voyage_without_faults_has_no_alarm() {
 
 #[test]
 fn a_dry_run_reports_and_moves_nothing() {
-    let dry = Course {
-        is_nominal: true,
-        is_dry: true,
-        ..COURSE
-    };
+    let dry = Course { is_nominal: true, is_dry: true, ..COURSE };
     for voyage in unbroken(1..3, dry) {
         // A plan needs reports. Every reference and every order is checked.
         let checks = ["plans", "limits", "orders"].map(|claim| voyage.claims.contains_key(claim));
@@ -75,10 +63,7 @@ fn no_display_reports_steering_three_seconds_after_a_fault() {
 
 #[test]
 fn a_seed_replays_to_the_byte() {
-    let long = Course {
-        duration_s: 300.0,
-        ..COURSE
-    };
+    let long = Course { duration_s: 300.0, ..COURSE };
     for is_shared in [false, true].map(Some) {
         let course = Course { is_shared, ..long };
         assert_eq!(sail(5, course), sail(5, course));

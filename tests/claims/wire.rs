@@ -52,10 +52,8 @@ fn a_request_survives_json_to_the_bit() {
 #[test]
 fn an_area_and_weights_mean_the_same_in_any_order() {
     let of_area = |area: Vec<[f64; 2]>| PlanRequest { area, ..plain() };
-    let weighted = |text: &str| PlanRequest {
-        goal: serde_json::from_str(text).expect("has the shape"),
-        ..plain()
-    };
+    let weighted =
+        |text: &str| PlanRequest { goal: serde_json::from_str(text).expect("has the shape"), ..plain() };
     for [one, other] in [
         [
             of_area(vec![[0.0, 0.0], [100.0, 0.0], [120.0, 50.0], [0.0, 80.0]]),
@@ -145,10 +143,7 @@ fn omitted_limits_limit_speed_alone() {
     assert_eq!(model.acceleration_max, Craft::MEDUSA.surge.acceleration_max);
     let text = r#"{ "speed_max_mps": 0.9 }"#;
     request.limits = Some(serde_json::from_str(text).expect("has the shape"));
-    let slow = Limits {
-        speed_max: 0.9,
-        ..Limits::ANY
-    };
+    let slow = Limits { speed_max: 0.9, ..Limits::ANY };
     assert_eq!(*read(&request).limits(), slow);
 }
 
@@ -237,10 +232,7 @@ fn an_answer_on_earth_does_not_depend_on_the_origin() {
             body["auvs"][0]["reports"] = json!([{ "t_s": t_s, "sigma_m": 0.5 }]);
             place(&mut body["auvs"][0]["reports"][0], 20.0 + 0.5 * t_s, 60.0);
             let request: PlanRequest = wire::read(body.to_string().as_bytes()).expect("has the shape");
-            let snapshot = read(&PlanRequest {
-                previous_plan: previous,
-                ..request
-            });
+            let snapshot = read(&PlanRequest { previous_plan: previous, ..request });
             let plan = planned(&snapshot);
             let metadata = serde_json::Map::new();
             let answer = Answer::new(&snapshot, &plan, Duration::ZERO, &metadata);

@@ -50,10 +50,7 @@ impl Sea {
         Self {
             random: ChaCha8Rng::seed_from_u64(seed),
             along: 0.0,
-            craft: Craft {
-                east: 0.3 * LANE,
-                ..Craft::default()
-            },
+            craft: Craft { east: 0.3 * LANE, ..Craft::default() },
         }
     }
 
@@ -155,13 +152,7 @@ pub(crate) struct Flight {
 impl Flight {
     pub(crate) fn new(address: SocketAddr, index: usize, id: String, shared: Shared) -> Self {
         let seed = u64::try_from(index).expect("few missions");
-        Self {
-            index,
-            id,
-            connection: Connection::new(address),
-            sea: Sea::new(seed),
-            shared,
-        }
+        Self { index, id, connection: Connection::new(address), sea: Sea::new(seed), shared }
     }
 
     /// Posts once a second at its own times, and reads the reference twice in between.

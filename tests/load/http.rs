@@ -40,11 +40,7 @@ pub(crate) struct Connection {
 
 impl Connection {
     pub(crate) fn new(address: SocketAddr) -> Self {
-        Self {
-            address,
-            sender: None,
-            used: Instant::now(),
-        }
+        Self { address, sender: None, used: Instant::now() }
     }
 
     /// The answer to `request`.
@@ -117,9 +113,7 @@ impl Lines {
 async fn open(address: SocketAddr) -> io::Result<SendRequest<Body>> {
     let socket = TcpStream::connect(address).await?;
     socket.set_nodelay(true)?;
-    let begun = Builder::new()
-        .max_buf_size(BUFFER)
-        .handshake(TokioIo::new(socket));
+    let begun = Builder::new().max_buf_size(BUFFER).handshake(TokioIo::new(socket));
     let (sender, connection) = begun.await.map_err(io::Error::other)?;
     tokio::spawn(connection);
     Ok(sender)

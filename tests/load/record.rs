@@ -74,10 +74,7 @@ impl Plans {
 impl fmt::Display for Plans {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (missions, breaks) = (self.missions, self.breaks);
-        writeln!(
-            out,
-            "records                  {missions} missions, {breaks} breaks"
-        )?;
+        writeln!(out, "records                  {missions} missions, {breaks} breaks")?;
         writeln!(out, "posts in the log         {}", self.reported)?;
         writeln!(out, "plans in the log         {}", self.planned)?;
         writeln!(out, "largest interval, s      {:.3}", self.interval_max)?;

@@ -97,8 +97,7 @@ impl Tally {
 
     pub(crate) fn lose(&mut self, what: &str, error: &std::io::Error) {
         self.lost += 1;
-        self.first_failure
-            .get_or_insert_with(|| format!("{what}: {error}"));
+        self.first_failure.get_or_insert_with(|| format!("{what}: {error}"));
     }
 
     /// A sign that the service has too much to do.
@@ -146,9 +145,7 @@ impl Tally {
             ("asked before any plan", self.no_plan_yet.to_string()),
         ];
         let failure = self.first_failure.iter();
-        let rows = rows
-            .into_iter()
-            .chain(failure.map(|failure| ("first failure", failure.clone())));
+        let rows = rows.into_iter().chain(failure.map(|failure| ("first failure", failure.clone())));
         let rows = rows.map(|(name, value)| format!("{name:<25}{value}\n"));
         rows.collect::<Vec<_>>().concat()
     }

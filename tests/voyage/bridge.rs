@@ -43,11 +43,7 @@ impl BridgeProcess {
             let usual = Settings::default();
             (settings.rate_hz, settings.report_interval) = (usual.rate_hz, usual.report_interval);
         }
-        let Limits {
-            speed_max,
-            turn_rate_max,
-            acceleration_max,
-        } = sea.limits;
+        let Limits { speed_max, turn_rate_max, acceleration_max } = sea.limits;
         Self {
             world: Arc::clone(world),
             sea: Arc::clone(sea),
@@ -70,11 +66,7 @@ impl BridgeProcess {
     pub(super) fn start(&mut self) {
         self.world.note("bridge", "starts");
         self.sea.new_bridge(1.0 / self.settings.rate_hz);
-        let settings = Settings {
-            nmea: vec![],
-            modems: vec![],
-            ..self.settings
-        };
+        let settings = Settings { nmea: vec![], modems: vec![], ..self.settings };
         let autopilot = AutopilotSettings::Mavlink {
             connect: "tcp:boat:5760".parse().expect("is an endpoint"),
             system: None,
@@ -108,19 +100,11 @@ impl BridgeProcess {
 
     /// The network to the service: loses, delays, doubles and cuts messages.
     fn network(&self) -> impl Fn(Call) -> Answering + Send + Sync + 'static {
-        let (world, host, sea, rng) = (
-            Arc::clone(&self.world),
-            Arc::clone(&self.host),
-            Arc::clone(&self.sea),
-            Arc::clone(&self.rng),
-        );
+        let (world, host, sea, rng) =
+            (Arc::clone(&self.world), Arc::clone(&self.host), Arc::clone(&self.sea), Arc::clone(&self.rng));
         move |call| {
-            let (world, host, sea, rng) = (
-                Arc::clone(&world),
-                Arc::clone(&host),
-                Arc::clone(&sea),
-                Arc::clone(&rng),
-            );
+            let (world, host, sea, rng) =
+                (Arc::clone(&world), Arc::clone(&host), Arc::clone(&sea), Arc::clone(&rng));
             Box::pin(async move {
                 let (fate, [there, back]) = Fate::drawn(&mut lock(&rng), world.now().has(Kind::BadNetwork));
                 world.aboard.sleep(there).await;

@@ -119,9 +119,8 @@ impl Checker {
             let quiet = faults[..number]
                 .iter()
                 .all(|before| before.ends_s + before.kind.doubted_s() + CLEAR_S < fault.begins_s);
-            let paused = pauses
-                .iter()
-                .any(|[from, to]| *from < fault.ends_s && fault.begins_s < to + CLEAR_S);
+            let paused =
+                pauses.iter().any(|[from, to]| *from < fault.ends_s && fault.begins_s < to + CLEAR_S);
             fault.is_alone && quiet && !paused
         };
         for (number, fault) in faults.iter().enumerate() {

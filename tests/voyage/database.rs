@@ -48,11 +48,7 @@ impl Database {
                 Ok::<_, tokio_postgres::Error>(client)
             })
         });
-        Some(Self {
-            client: connected.expect("the server answers"),
-            url,
-            runtime: Some(runtime),
-        })
+        Some(Self { client: connected.expect("the server answers"), url, runtime: Some(runtime) })
     }
 
     /// The URL by which a service opens it, and by which [`WATCH`] knows the service.

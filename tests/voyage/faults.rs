@@ -114,12 +114,8 @@ const SHARED: [Drawn; 11] = [
     (Kind::ServicesApart, [5.0, 30.0], [0.0; 2]),
 ];
 /// Faults of a service with a disk of its own.
-const NOT_SHARED: [Kind; 4] = [
-    Kind::ServiceKilled,
-    Kind::PowerLostAshore,
-    Kind::DirectoryAway,
-    Kind::DiskFull,
-];
+const NOT_SHARED: [Kind; 4] =
+    [Kind::ServiceKilled, Kind::PowerLostAshore, Kind::DirectoryAway, Kind::DiskFull];
 
 /// Time before the first fault, s: everything is under way.
 const FIRST_S: f64 = 40.0;
@@ -161,11 +157,7 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64, n_services: usize) -
         };
         let ends_s = begins_s + rng.random_range(span[0]..span[1]);
         let size = rng.random_range(size[0]..=size[1]);
-        let service = if 1 < n_services {
-            rng.random_range(0..n_services)
-        } else {
-            0
-        };
+        let service = if 1 < n_services { rng.random_range(0..n_services) } else { 0 };
         if duration_s <= ends_s {
             return faults;
         }
@@ -176,14 +168,7 @@ pub(super) fn schedule(rng: &mut impl Rng, duration_s: f64, n_services: usize) -
             continue;
         }
         free_s = free_s.max(ends_s);
-        faults.push(Fault {
-            kind,
-            begins_s,
-            ends_s,
-            size,
-            service,
-            is_alone: true,
-        });
+        faults.push(Fault { kind, begins_s, ends_s, size, service, is_alone: true });
         faults.sort_by(|a, b| a.begins_s.total_cmp(&b.begins_s));
         for k in 1..faults.len() {
             if faults[k].begins_s < faults[k - 1].ends_s + PAUSE_S[0] {

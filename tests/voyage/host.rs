@@ -127,10 +127,7 @@ impl Host {
         let store = match &self.database {
             None => EventStore::open(&self.directory(lock(&self.state).generation), clock),
             Some(database) => {
-                let member = Member {
-                    url: name(service),
-                    lease: LEASE,
-                };
+                let member = Member { url: name(service), lease: LEASE };
                 EventStore::open_database(&database.url_for(service), Some(member), u64::MAX, clock)
             }
         };
@@ -161,11 +158,7 @@ impl Host {
         self.check_store();
         let mut state = lock(&self.state);
         store.trouble(state.troubles[service]);
-        state.running[service] = Some(Running {
-            router,
-            missions,
-            store,
-        });
+        state.running[service] = Some(Running { router, missions, store });
     }
 
     /// Kills the service; with `torn`, in the middle of its next write. Later writes do not count.
@@ -348,14 +341,10 @@ impl Host {
         } else if let Some(key) = &request.key {
             state.known_last = state.known_last.max(sequence);
             let reported = || reported(request.body.as_deref()?, &answer);
-            let (first, _) = *state
-                .acknowledged
-                .entry(key.clone())
-                .or_insert_with(|| (sequence, reported()));
+            let (first, _) = *state.acknowledged.entry(key.clone()).or_insert_with(|| (sequence, reported()));
             drop(state);
-            self.world.claim("repeated", first == sequence, || {
-                format!("{key} was event {first}, then {sequence}")
-            });
+            self.world
+                .claim("repeated", first == sequence, || format!("{key} was event {first}, then {sequence}"));
         }
     }
 
@@ -373,9 +362,7 @@ impl Host {
         let world = &self.world;
         let reader = self.reader();
         let (listed, _) = reader.missions(0, 10, 0).expect("missions are listed");
-        world.claim("one mission", listed.len() == 1, || {
-            format!("{} missions", listed.len())
-        });
+        world.claim("one mission", listed.len() == 1, || format!("{} missions", listed.len()));
         let Ok(Some(stored)) = reader.mission(&mission) else {
             return world.claim("acknowledged", false, || "the mission is gone".to_owned());
         };
@@ -384,14 +371,10 @@ impl Host {
             Err(error) => return world.claim("one history", false, || error.to_string()),
         };
         let numbers = events.iter().map(|event| event.sequence);
-        world.claim("one history", numbers.eq(1..=events.len() as u64), || {
-            "numbers have gaps".to_owned()
-        });
+        world.claim("one history", numbers.eq(1..=events.len() as u64), || "numbers have gaps".to_owned());
         if let Some(database) = &self.database {
             let stranger = database.stranger();
-            world.claim("one owner", stranger.is_none(), || {
-                stranger.clone().unwrap_or_default()
-            });
+            world.claim("one owner", stranger.is_none(), || stranger.clone().unwrap_or_default());
         }
         let mut state = lock(&self.state);
         let last = events.len() as u64;
@@ -404,9 +387,7 @@ impl Host {
             (&event.kind, &event.body).hash(&mut digest);
             let digest = digest.finish();
             let before = *state.history.entry(event.sequence).or_insert(digest);
-            world.claim("one history", before == digest, || {
-                format!("event {} changed", event.sequence)
-            });
+            world.claim("one history", before == digest, || format!("event {} changed", event.sequence));
         }
         for (sequence, reference) in std::mem::take(&mut state.seen) {
             let Some(event) = events.get(usize::try_from(sequence).expect("is small") - 1) else {
@@ -414,17 +395,13 @@ impl Host {
             };
             let body: Value = serde_json::from_slice(&event.body).expect("events are JSON");
             let holds = event.kind == "planned" && is_within(&body, &reference["heading_rad"]);
-            world.claim("plans", holds, || {
-                format!("event {sequence} is not the plan that a client saw")
-            });
+            world.claim("plans", holds, || format!("event {sequence} is not the plan that a client saw"));
         }
         for (key, (sequence, reported)) in &state.acknowledged {
             let event = events.get(usize::try_from(*sequence).expect("is small") - 1);
             let kind = event.map_or("missing", |event| event.kind.as_str());
             let reports = kind == "reported" || kind == "ran" || kind == "paused";
-            world.claim("acknowledged", reports, || {
-                format!("event {sequence} of {key} is {kind}")
-            });
+            world.claim("acknowledged", reports, || format!("event {sequence} of {key} is {kind}"));
             if let Some((event, reported)) = event.zip(reported.as_ref()) {
                 let body: Value = serde_json::from_slice(&event.body).expect("events are JSON");
                 world.claim("acknowledged", is_within(&body, reported), || {
@@ -476,9 +453,7 @@ impl Host {
         }
         self.world.checker().steered_s = steered_s(&words);
         let twice = operators.iter().find(|(_, n)| **n != 1);
-        self.world.claim("acknowledged", twice.is_none(), || {
-            format!("{twice:?} times in the log")
-        });
+        self.world.claim("acknowledged", twice.is_none(), || format!("{twice:?} times in the log"));
         self.world.checker().log = log;
         let replayed = replay(&reader, &mission, &mut |_, _| {}).expect("is replayed");
         let different = replayed.expect("is there").different;

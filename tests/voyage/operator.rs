@@ -29,13 +29,7 @@ pub(super) struct Operator {
 
 impl Operator {
     pub(super) fn new(world: &Arc<World>, host: &Arc<Host>, seed: u64) -> Self {
-        Self {
-            world: Arc::clone(world),
-            host: Arc::clone(host),
-            rng: rng(seed, 2),
-            key: 0,
-            service: 0,
-        }
+        Self { world: Arc::clone(world), host: Arc::clone(host), rng: rng(seed, 2), key: 0, service: 0 }
     }
 
     pub(super) async fn run(mut self) {
@@ -81,9 +75,7 @@ impl Operator {
             };
             // Tried until it can be answered: a service may not yet know that it lost the mission.
             loop {
-                let asked = world
-                    .aboard
-                    .timeout(READ_TIME, host.ask(service, request.clone()));
+                let asked = world.aboard.timeout(READ_TIME, host.ask(service, request.clone()));
                 if matches!(asked.await, Ok(Ok((200, _)))) {
                     break;
                 }

@@ -110,11 +110,7 @@ struct Known {
 fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
     let mut rng = rng(seed, 9);
     let mut time = || {
-        if rng.random_bool(0.3) {
-            0.0
-        } else {
-            rng.random_range(0.0..6.0)
-        }
+        if rng.random_bool(0.3) { 0.0 } else { rng.random_range(0.0..6.0) }
     };
     let mut boat = Boat::moored();
     (boat.heading_time, boat.speed_time) = (time(), time());
@@ -341,8 +337,7 @@ impl Sea {
                 MavMessage::COMMAND_LONG(order) if is_order(order.command) => {
                     self.world.note("bridge", format!("orders {:?}", order.command));
                     let has_sent = state.known.has_sent;
-                    self.world
-                        .claim("orders", !has_sent, || "after the first reference".to_owned());
+                    self.world.claim("orders", !has_sent, || "after the first reference".to_owned());
                 }
                 _ => {}
             }
@@ -353,41 +348,27 @@ impl Sea {
         };
         let state = &mut *state;
         let pieces = carried(bytes.to_vec(), is_bad, is_cut, &mut state.rng);
-        state
-            .to_boat
-            .extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
+        state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
     }
 
     fn check_reference(&self, t_s: f64, speed: f64, heading: f64, state: &mut State) {
         let (world, known) = (&self.world, &mut state.known);
         world.note("bridge", format!("reference {speed:.3} m/s, {heading:.3} rad"));
-        let Limits {
-            speed_max,
-            turn_rate_max,
-            acceleration_max,
-        } = self.limits;
+        let Limits { speed_max, turn_rate_max, acceleration_max } = self.limits;
         // `autopilot` has limits of its own: 2 m/s, 1 m/s², 120°/s.
         let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
-        world.claim(
-            "limits",
-            speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4,
-            || format!("{speed} m/s, at most {speed_max} are allowed"),
-        );
+        world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
+            format!("{speed} m/s, at most {speed_max} are allowed")
+        });
         if let Some((before_s, before_speed, before_heading)) = known.sent
             && t_s - before_s <= 3.0
         {
             let elapsed = t_s - before_s;
             let off = (elapsed - known.period_s).abs();
             world.claim("rate", !world.course.is_nominal || off <= 1.1e-3, || {
-                format!(
-                    "{elapsed:.4} s after the last one, every {:.1} s is expected",
-                    known.period_s
-                )
+                format!("{elapsed:.4} s after the last one, every {:.1} s is expected", known.period_s)
             });
-            let turn = (heading - before_heading)
-                .sin()
-                .atan2((heading - before_heading).cos())
-                .abs();
+            let turn = (heading - before_heading).sin().atan2((heading - before_heading).cos()).abs();
             world.claim("limits", turn <= turn_rate_max * elapsed + 1e-4, || {
                 format!(
                     "a turn of {turn:.4} rad in {elapsed:.3} s, at most {turn_rate_max} rad/s are allowed"
@@ -404,23 +385,15 @@ impl Sea {
         // A bad wire delivers old heartbeats and loses new ones.
         let is_clean = known.wire_bad_s.is_none_or(|bad_s| SETTLED_S < t_s - bad_s);
         let late = if is_clean { 0.3 } else { DELAY_MAX_S + 0.3 };
-        let age = known
-            .heartbeat_left_s
-            .map_or(f64::INFINITY, |left_s| t_s - left_s);
-        world.claim("heartbeat", age <= 3.0 + late, || {
-            format!("the last one left {age:.2} s ago")
-        });
+        let age = known.heartbeat_left_s.map_or(f64::INFINITY, |left_s| t_s - left_s);
+        world.claim("heartbeat", age <= 3.0 + late, || format!("the last one left {age:.2} s ago"));
         let unguided = known.unguided_since_s.map_or(0.0, |since_s| t_s - since_s);
         let most = if is_clean { 1.4 } else { 3.0 + late + 1.0 };
         world.claim("guided", unguided <= most, || {
             format!("the craft has been a person's for {unguided:.2} s")
         });
-        let age = known
-            .plan_arrived_s
-            .map_or(f64::INFINITY, |arrived_s| t_s - arrived_s);
-        world.claim("plan age", age <= 10.2, || {
-            format!("the newest plan came {age:.2} s ago")
-        });
+        let age = known.plan_arrived_s.map_or(f64::INFINITY, |arrived_s| t_s - arrived_s);
+        world.claim("plan age", age <= 10.2, || format!("the newest plan came {age:.2} s ago"));
         let paused = known.paused_since_s.map_or(0.0, |since_s| t_s - since_s);
         world.claim("paused", paused <= 0.6, || {
             format!("the service said {paused:.2} s ago that it is paused")
@@ -471,10 +444,7 @@ fn normal(rng: &mut ChaCha8Rng) -> Vector2<f64> {
 }
 
 fn is_order(command: MavCmd) -> bool {
-    matches!(
-        command,
-        MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM
-    )
+    matches!(command, MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM)
 }
 
 /// The whole messages in `bytes`.
@@ -506,11 +476,7 @@ fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng)
         bytes[place] ^= 1 << (rng.next_u32() % 8);
     }
     let mut late = || {
-        if rng.random_bool(0.5) {
-            rng.random_range(0.001..DELAY_MAX_S)
-        } else {
-            0.0
-        }
+        if rng.random_bool(0.5) { rng.random_range(0.001..DELAY_MAX_S) } else { 0.0 }
     };
     let mut pieces = vec![(late(), bytes.clone())];
     if rng.random_bool(0.1) {

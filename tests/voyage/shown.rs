@@ -64,14 +64,7 @@ impl Shown {
 
 /// The only fault of a voyage.
 pub(super) fn only(kind: Kind) -> Fault {
-    Fault {
-        kind,
-        begins_s: BEGINS_S,
-        ends_s: BEGINS_S + TAKES_S,
-        size: 0.0,
-        service: 0,
-        is_alone: true,
-    }
+    Fault { kind, begins_s: BEGINS_S, ends_s: BEGINS_S + TAKES_S, size: 0.0, service: 0, is_alone: true }
 }
 
 /// The log of this thread's programs, as text.
@@ -92,11 +85,8 @@ impl io::Write for Log {
 impl Log {
     /// Takes the log of this thread from now on.
     pub(super) fn listen(&self) -> impl Sized + use<> {
-        let text = tracing_subscriber::fmt()
-            .with_ansi(false)
-            .with_target(false)
-            .with_level(false)
-            .without_time();
+        let text =
+            tracing_subscriber::fmt().with_ansi(false).with_target(false).with_level(false).without_time();
         text.with_writer(Mutex::new(self.clone())).finish().set_default()
     }
 
@@ -137,11 +127,7 @@ pub(super) async fn look(
             world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
             let (text, silent_s) = sea.ground_station();
             let path = format!("/v1/missions/{}", host.mission().unwrap_or_default());
-            let request = Request {
-                path,
-                key: None,
-                body: None,
-            };
+            let request = Request { path, key: None, body: None };
             let line = log.line();
             let answer = world.aboard.timeout(Duration::from_secs(1), host.ask(0, request));
             let mission = match answer.await {

@@ -31,19 +31,12 @@ fn read(received_s: f64) -> Result<(), Box<dyn Error>> {
         for measurement in reader.push(&line, received_s) {
             if let Measurement::Craft { t_s, measured, .. } = measurement {
                 let (kind, values) = described(measured);
-                writeln!(
-                    out,
-                    "{}",
-                    json!({"line": number, "t_s": t_s, "kind": kind, "values": values})
-                )?;
+                writeln!(out, "{}", json!({"line": number, "t_s": t_s, "kind": kind, "values": values}))?;
             }
         }
     }
-    let counts: Map<String, Value> = reader
-        .rejects()
-        .iter()
-        .map(|(reason, times)| (reason.to_owned(), times.into()))
-        .collect();
+    let counts: Map<String, Value> =
+        reader.rejects().iter().map(|(reason, times)| (reason.to_owned(), times.into())).collect();
     writeln!(out, "{}", json!({"refused": counts}))?;
     Ok(())
 }
@@ -64,10 +57,7 @@ fn write() -> Result<(), Box<dyn Error>> {
     for line in io::stdin().lock().lines() {
         let line = line?;
         let (heading, speed) = line.split_once(' ').ok_or("a heading and a speed a line")?;
-        let reference = Reference {
-            heading: heading.parse()?,
-            speed: speed.parse()?,
-        };
+        let reference = Reference { heading: heading.parse()?, speed: speed.parse()? };
         out.write_all(heading_and_speed_sentences(&reference).as_bytes())?;
     }
     Ok(())

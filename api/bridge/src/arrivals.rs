@@ -18,10 +18,7 @@ pub(crate) struct Arrivals {
 
 impl Arrivals {
     pub(crate) fn first(at_s: f64) -> Self {
-        Self {
-            newest_s: at_s,
-            intervals: VecDeque::new(),
-        }
+        Self { newest_s: at_s, intervals: VecDeque::new() }
     }
 
     pub(crate) fn push(&mut self, at_s: f64) {

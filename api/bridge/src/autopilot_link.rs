@@ -52,34 +52,23 @@ const SYSTEM: u8 = 1;
 impl AutopilotLink {
     pub(crate) fn open(settings: AutopilotSettings, open: impl FnOnce(&Endpoint) -> Output) -> Self {
         match settings {
-            AutopilotSettings::Mavlink {
-                connect,
-                system,
-                auvs,
-            } => Self::Mavlink {
+            AutopilotSettings::Mavlink { connect, system, auvs } => Self::Mavlink {
                 send: open(&connect),
                 reader: MavlinkReader::new(system, auvs),
                 writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
                 heartbeat: None,
                 refused: None,
             },
-            AutopilotSettings::Nmea { connect } => Self::Nmea {
-                send: open(&connect),
-                reader: NmeaReader::default(),
-            },
+            AutopilotSettings::Nmea { connect } => {
+                Self::Nmea { send: open(&connect), reader: NmeaReader::default() }
+            }
         }
     }
 
     /// The events in `piece`, which arrived at `t_s` of the bridge's clock and `unix_s`, s.
     pub(crate) fn push(&mut self, piece: &Received, t_s: f64, unix_s: f64) -> Vec<AutopilotEvent> {
         match self {
-            Self::Mavlink {
-                reader,
-                writer,
-                heartbeat,
-                refused,
-                ..
-            } => {
+            Self::Mavlink { reader, writer, heartbeat, refused, .. } => {
                 let events = reader.push(&piece.bytes, unix_s);
                 for event in &events {
                     if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft) {
@@ -107,9 +96,7 @@ impl AutopilotLink {
     /// other, as from two senders with one number, those that forbid references count.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
-            Self::Mavlink {
-                heartbeat, refused, ..
-            } => {
+            Self::Mavlink { heartbeat, refused, .. } => {
                 let refused = refused.filter(|(_, at)| now - at <= HEARTBEAT_AGE_MAX_S);
                 Control::Reported(heartbeat.map(|(newest, at)| {
                     let counts = refused.map_or(newest, |(refused, _)| refused);
@@ -156,13 +143,7 @@ impl AutopilotLink {
 
     /// Sends frames to an autopilot that has been heard. NMEA 0183 has none.
     pub(crate) fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
-        if let Self::Mavlink {
-            send,
-            writer,
-            heartbeat: Some((heartbeat, _)),
-            ..
-        } = self
-        {
+        if let Self::Mavlink { send, writer, heartbeat: Some((heartbeat, _)), .. } = self {
             send(&frames(writer, *heartbeat));
         }
     }

@@ -13,10 +13,7 @@ pub(crate) struct BridgeClock {
 
 impl BridgeClock {
     pub(crate) fn start(machine: &Clock) -> Self {
-        Self {
-            machine: machine.clone(),
-            start: machine.now(),
-        }
+        Self { machine: machine.clone(), start: machine.now() }
     }
 
     pub(crate) fn now_s(&self) -> f64 {

@@ -108,10 +108,7 @@ mod tests {
             let (north_m, heading, age_s) = at(t_s);
             MeasuredState {
                 t_s: t_s - age_s,
-                position: Origin {
-                    lat_deg: 38.0 + north_m / 111_195.0,
-                    lon_deg: -9.0,
-                },
+                position: Origin { lat_deg: 38.0 + north_m / 111_195.0, lon_deg: -9.0 },
                 heading,
                 water_velocity: Vector2::zeros(),
                 yaw_rate: 0.0,
@@ -134,19 +131,10 @@ mod tests {
 
     #[test]
     fn motion_not_seen_for_two_seconds_is_not_confirmed() {
-        assert_eq!(
-            unconfirmed(20, north(1.0), |t_s| (0.0, 0.0, t_s)),
-            ["no new position"]
-        );
-        assert_eq!(
-            unconfirmed(20, north(1.0), |_| (0.0, 0.0, 0.0)),
-            ["the position does not move"]
-        );
+        assert_eq!(unconfirmed(20, north(1.0), |t_s| (0.0, 0.0, t_s)), ["no new position"]);
+        assert_eq!(unconfirmed(20, north(1.0), |_| (0.0, 0.0, 0.0)), ["the position does not move"]);
         for stuck in [0.0, -0.1] {
-            let east = |_: f64| Reference {
-                speed: 1.0,
-                heading: 0.5,
-            };
+            let east = |_: f64| Reference { speed: 1.0, heading: 0.5 };
             assert_eq!(
                 unconfirmed(20, east, |t_s| (t_s, stuck * t_s, 0.0)),
                 ["the heading does not turn as told"]
@@ -159,14 +147,8 @@ mod tests {
         assert_eq!(unconfirmed(50, north(0.1), |_| (0.0, 0.0, 0.0)), [""; 0]);
         // A lag of 6 s, half a radian behind, and a sweep of 0.1 rad/s; ±4° of waves.
         let lag = |t_s: f64| (t_s, 0.5 - 0.5 * (-t_s / 6.0).exp(), 0.0);
-        let east = |_: f64| Reference {
-            speed: 1.0,
-            heading: 0.5,
-        };
-        let sweep = |t_s: f64| Reference {
-            speed: 1.0,
-            heading: 0.6 + 0.1 * t_s,
-        };
+        let east = |_: f64| Reference { speed: 1.0, heading: 0.5 };
+        let sweep = |t_s: f64| Reference { speed: 1.0, heading: 0.6 + 0.1 * t_s };
         for tenths in 1..100 {
             assert_eq!(unconfirmed(tenths, east, lag), [""; 0]);
             assert_eq!(unconfirmed(tenths, sweep, |t_s| (t_s, 0.1 * t_s, 0.0)), [""; 0]);

@@ -219,10 +219,7 @@ mod tests {
     use super::*;
     use crate::on_earth;
 
-    const HERE: Origin = Origin {
-        lat_deg: 38.0,
-        lon_deg: -9.0,
-    };
+    const HERE: Origin = Origin { lat_deg: 38.0, lon_deg: -9.0 };
 
     fn take(state: &mut CraftState, t_s: f64, measured: CraftMeasurement) {
         state.take(t_s, Source::default(), &measured);
@@ -268,10 +265,7 @@ mod tests {
     fn a_jump_of_the_position_is_no_velocity() {
         let mut state = CraftState::default();
         let there = goes(&mut state, HERE, 0.0, 0.5, 60);
-        let far = Origin {
-            lat_deg: there.lat_deg + 0.01,
-            ..there
-        };
+        let far = Origin { lat_deg: there.lat_deg + 0.01, ..there };
         goes(&mut state, far, 60.0, 0.5, 4);
         let velocity = ground_velocity(&state);
         assert!((velocity - direction(0.5)).norm() < 0.01, "{velocity}");
@@ -288,9 +282,7 @@ mod tests {
             if second < 60 {
                 take(&mut state, t_s, GroundSpeed(0.1));
             }
-            let now = state
-                .newest()
-                .expect("position, heading and a speed near zero are a state");
+            let now = state.newest().expect("position, heading and a speed near zero are a state");
             assert_eq!((now.t_s, now.heading), (t_s, 1.0));
             assert_eq!(now.ground_velocity, Some(Vector2::zeros()));
             assert_eq!(now.water_velocity, Vector2::zeros());
@@ -307,10 +299,7 @@ mod tests {
         assert!((ahead - direction(0.3)).norm() < 1e-12, "{ahead}");
         for second in 1..8_u8 {
             let t_s = f64::from(second);
-            let north = Origin {
-                lat_deg: HERE.lat_deg + (t_s / 6_371_000.0).to_degrees(),
-                ..HERE
-            };
+            let north = Origin { lat_deg: HERE.lat_deg + (t_s / 6_371_000.0).to_degrees(), ..HERE };
             take(&mut state, t_s, Position(north));
             take(&mut state, t_s, Heading(0.3));
             take(&mut state, t_s, GroundSpeed(1.0));

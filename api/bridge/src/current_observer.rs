@@ -65,10 +65,7 @@ impl CurrentObserver {
     /// Velocity through the water (ahead, to starboard) from `over_ground` (north, east), m/s.
     pub(crate) fn through_water(&self, heading: f64, over_ground: &Vector2<f64>) -> Vector2<f64> {
         let through = over_ground - self.current;
-        Vector2::new(
-            direction(heading).dot(&through),
-            direction(heading + FRAC_PI_2).dot(&through),
-        )
+        Vector2::new(direction(heading).dot(&through), direction(heading + FRAC_PI_2).dot(&through))
     }
 
     /// Takes the velocity `over_ground` (north, east), m/s, at `t_s`, s, and the yaw rate, rad/s.
@@ -88,11 +85,7 @@ impl CurrentObserver {
         let most = INNOVATION_MAX * (across.dot(&(self.covariance * across)) + noise).sqrt();
         self.cut = (innovation.abs() > most).then(|| {
             let (side, since_s) = self.cut.unwrap_or((innovation.signum(), t_s));
-            if side == innovation.signum() {
-                (side, since_s)
-            } else {
-                (-side, t_s)
-            }
+            if side == innovation.signum() { (side, since_s) } else { (-side, t_s) }
         });
         if let Some((_, since_s)) = &mut self.cut
             && t_s - *since_s > CUT_MAX_S

@@ -130,11 +130,7 @@ impl Bridge {
         let (sender, received) = channel(PIECES_MAX);
         let mut open = |endpoint: &Endpoint, wire| {
             let (received, clock) = (sender.clone(), clock.clone());
-            let input = Input {
-                wire,
-                received,
-                clock,
-            };
+            let input = Input { wire, received, clock };
             open(endpoint, input)
         };
         let autopilot = AutopilotLink::open(autopilot, |connect| open(connect, AUTOPILOT_WIRE));
@@ -151,10 +147,7 @@ impl Bridge {
             telemetry: Telemetry::new(n_nmea, modems),
             decision: Decision::new(settings.take_control, settings.line_of_sight, settings.dry_run),
             reporting: Reporting::default(),
-            log: MissionLog {
-                clock: BridgeClock::start(clock),
-                mission: None,
-            },
+            log: MissionLog { clock: BridgeClock::start(clock), mission: None },
             speed_max: None,
             met_s: None,
             reported_s: f64::NEG_INFINITY,
@@ -372,8 +365,7 @@ impl Bridge {
             }
             Action::OrderGuided(autopilot) => {
                 self.log.info("the guided mode is ordered (--take-control)");
-                self.autopilot
-                    .send_frames(|writer, _| writer.set_guided(autopilot));
+                self.autopilot.send_frames(|writer, _| writer.set_guided(autopilot));
             }
             Action::OrderArm => {
                 self.log.info("arming is ordered (--take-control)");

@@ -225,9 +225,9 @@ impl Integrity {
     /// `true` if the state may use an admitted velocity over ground (north, east), m/s: it has not
     /// jumped and agrees with the positions.
     pub(crate) fn admits_velocity(&mut self, t_s: f64, velocity: Vector2<f64>) -> bool {
-        let fit = self.velocity_track.take(t_s, velocity, |(at, before)| {
-            (velocity - before).norm() <= gate(VELOCITY_GATE, t_s - at)
-        });
+        let fit = self
+            .velocity_track
+            .take(t_s, velocity, |(at, before)| (velocity - before).norm() <= gate(VELOCITY_GATE, t_s - at));
         if fit == Fit::Missed {
             self.rejects.count("velocity jumps");
             return false;
@@ -341,12 +341,7 @@ impl Integrity {
     /// Compares a position that stays with velocity and references.
     fn compare_stationary(&mut self, t_s: f64, position: Origin) {
         let travelled = self.recent.travelled;
-        let start = StationaryPosition {
-            since_s: t_s,
-            position,
-            travelled,
-            requested: 0.0,
-        };
+        let start = StationaryPosition { since_s: t_s, position, travelled, requested: 0.0 };
         let stationary = *self.stationary.get_or_insert(start);
         let mut has_no_way = false;
         if moved(&stationary.position, &position).norm() > STILL_M {
@@ -434,13 +429,8 @@ impl Integrity {
 
     /// Compares a heading that stays with yaw rate and course.
     fn compare_constant(&mut self, t_s: f64, heading: f64) {
-        let start = ConstantHeading {
-            began_s: t_s,
-            since_s: t_s,
-            heading,
-            turned: self.turned,
-            course: None,
-        };
+        let start =
+            ConstantHeading { began_s: t_s, since_s: t_s, heading, turned: self.turned, course: None };
         let constant = self.constant.get_or_insert(start);
         if wrap(heading - constant.heading).abs() > HEADING_STILL {
             *constant = start;

@@ -76,14 +76,7 @@ impl MissionClient {
             _ => (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL),
         };
         let urls = urls.iter().map(|url| url.trim_end_matches('/').to_owned());
-        Self {
-            urls: urls.collect(),
-            current: AtomicUsize::new(0),
-            token,
-            transport,
-            answer_timeout,
-            wait_s,
-        }
+        Self { urls: urls.collect(), current: AtomicUsize::new(0), token, transport, answer_timeout, wait_s }
     }
 
     /// The unfinished mission of `name`, or a new one of `body`. Another `digest` of the setup is

@@ -119,21 +119,13 @@ impl MissionLink {
         sigma_m: f64,
         clock: BridgeClock,
     ) -> Self {
-        let shared = Arc::new(Shared {
-            status: Mutex::default(),
-            outbox: Mutex::default(),
-            client,
-            clock,
-            sigma_m,
-        });
+        let shared =
+            Arc::new(Shared { status: Mutex::default(), outbox: Mutex::default(), client, clock, sigma_m });
         let (reports, plans) = (Arc::clone(&shared), Arc::clone(&shared));
         let mut tasks = JoinSet::new();
         tasks.spawn(async move { reports.post_reports(&mission, interval).await });
         tasks.spawn(async move { plans.wait_for_plans().await });
-        Self {
-            shared,
-            _tasks: tasks,
-        }
+        Self { shared, _tasks: tasks }
     }
 
     pub(crate) fn status(&self) -> LinkStatus {
@@ -384,12 +376,7 @@ fn asc_report(t_s: f64, state: &MeasuredState, steered: bool, counts: &mut Rejec
         ground_north_mps: ground.map(|velocity| asc(velocity.x, "ground_north_mps", "ground velocity")),
         ground_east_mps: ground.map(|velocity| asc(velocity.y, "ground_east_mps", "ground velocity")),
     };
-    AscReport {
-        t_s,
-        state,
-        current,
-        steered,
-    }
+    AscReport { t_s, state, current, steered }
 }
 
 fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {

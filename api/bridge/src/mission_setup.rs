@@ -59,10 +59,7 @@ pub(crate) fn complete(live: &mut Value, parameters: &Parameters, is_autopilot: 
             speed_held: Some(SpeedReference::OverGround),
             heading_held: Some(HeadingReference::Heading),
             // Without this, the planner assumes a slow craft.
-            heading_loop: HeadingLoop {
-                rate_max_radps: turn_rate,
-                ..HeadingLoop::default()
-            },
+            heading_loop: HeadingLoop { rate_max_radps: turn_rate, ..HeadingLoop::default() },
             surge_loop: SurgeLoop {
                 acceleration_max_mps2: acceleration,
                 deceleration_max_mps2: deceleration,
@@ -93,10 +90,7 @@ mod tests {
         let auvs = json!([{ "id": "a" }]);
         for (live, needs) in [
             (json!({ "auvs": auvs }), true),
-            (
-                json!({ "auvs": auvs, "origin": { "lat_deg": 1.0, "lon_deg": 2.0 } }),
-                false,
-            ),
+            (json!({ "auvs": auvs, "origin": { "lat_deg": 1.0, "lon_deg": 2.0 } }), false),
             (json!({ "auvs": auvs, "keep_outs": [] }), false),
             (json!({ "auvs": [{ "id": "a", "path": {} }] }), false),
         ] {
@@ -114,20 +108,15 @@ mod tests {
             assert_eq!(settling.settled(f64::from(second), position), None);
         }
         let under_way = |second: f64| at(38.0 + second * 1.8e-5);
-        let settled = (5_u8..10)
-            .map(f64::from)
-            .find_map(|second| settling.settled(second, under_way(second)));
+        let settled =
+            (5_u8..10).map(f64::from).find_map(|second| settling.settled(second, under_way(second)));
         assert_eq!(settled, under_way(8.0));
     }
 
     #[test]
     fn parameters_complete_what_the_operator_leaves_out() {
         let mut parameters = Parameters::default();
-        for (name, value) in [
-            ("WP_SPEED", 1.0),
-            ("ATC_STR_RAT_MAX", 720.0),
-            ("SERVO1_FUNCTION", 26.0),
-        ] {
+        for (name, value) in [("WP_SPEED", 1.0), ("ATC_STR_RAT_MAX", 720.0), ("SERVO1_FUNCTION", 26.0)] {
             parameters.note(name, value);
         }
         let mut live = json!({ "limits": { "speed_max_mps": 0.25 } });

@@ -102,11 +102,7 @@ impl NmeaReader {
                 Ok(content) if self.is_repeated(&content) => self.rejects.count("repeated sentence"),
                 Ok(content) => {
                     let t_s = self.measured_at(content.time_of_day, received_s);
-                    let craft = |measured| Measurement::Craft {
-                        t_s,
-                        talker: content.talker,
-                        measured,
-                    };
+                    let craft = |measured| Measurement::Craft { t_s, talker: content.talker, measured };
                     measurements.extend(content.measured.into_iter().map(craft));
                 }
                 Err(reason) => self.rejects.count(reason),

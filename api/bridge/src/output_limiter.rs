@@ -37,11 +37,7 @@ pub(crate) struct OutputLimits {
 impl Default for OutputLimits {
     /// Defaults: the planner's speed limit, and a small craft's turns and accelerations.
     fn default() -> Self {
-        Self {
-            speed_max: Limits::ANY.speed_max,
-            turn_rate_max: 0.5,
-            acceleration_max: 0.5,
-        }
+        Self { speed_max: Limits::ANY.speed_max, turn_rate_max: 0.5, acceleration_max: 0.5 }
     }
 }
 
@@ -100,9 +96,7 @@ impl OutputLimiter {
             self.changes.count("not a finite number");
             return None;
         }
-        let last = self
-            .last
-            .filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)));
+        let last = self.last.filter(|(at, _)| (0.0..=PAUSE_MAX_S).contains(&(now_s - at)));
         let (before_s, before) = last.unwrap_or((now_s, *craft));
         let elapsed = now_s - before_s;
 
@@ -138,11 +132,7 @@ mod tests {
 
     use super::*;
 
-    const LIMITS: OutputLimits = OutputLimits {
-        speed_max: 1.0,
-        turn_rate_max: 0.2,
-        acceleration_max: 0.1,
-    };
+    const LIMITS: OutputLimits = OutputLimits { speed_max: 1.0, turn_rate_max: 0.2, acceleration_max: 0.1 };
     /// Rounding of sums of a few numbers below 10.
     const ROUNDING: f64 = 1e-9;
 
@@ -152,13 +142,7 @@ mod tests {
 
     /// Any number that JSON or arithmetic can produce.
     fn any_number() -> impl Strategy<Value = f64> {
-        prop_oneof![
-            -4.0..4.0_f64,
-            -1e7..1e7_f64,
-            any::<f64>(),
-            Just(f64::NAN),
-            Just(f64::INFINITY)
-        ]
+        prop_oneof![-4.0..4.0_f64, -1e7..1e7_f64, any::<f64>(), Just(f64::NAN), Just(f64::INFINITY)]
     }
 
     proptest! {
@@ -208,10 +192,7 @@ mod tests {
         for (asked, reasons) in [
             (reference(0.5, 0.0), "speed rises too fast: 1"),
             (reference(0.0, PI), "speed rises too fast: 1, turn too fast: 1"),
-            (
-                reference(f64::NAN, 0.0),
-                "not a finite number: 1, speed rises too fast: 1, turn too fast: 1",
-            ),
+            (reference(f64::NAN, 0.0), "not a finite number: 1, speed rises too fast: 1, turn too fast: 1"),
         ] {
             limiter.limit(0.1, &asked, &rest, &LIMITS);
             assert_eq!(limiter.changes.to_string(), reasons);
@@ -221,12 +202,9 @@ mod tests {
     #[test]
     fn a_turn_goes_towards_the_reference_by_the_shorter_way() {
         // In a tenth of a second, 0.02 rad.
-        for (before, asked, expected) in [
-            (0.0, 1.0, 0.02),
-            (0.0, -1.0, -0.02),
-            (3.13, -3.0, 3.15 - 2.0 * PI),
-            (1.0, 1.01, 1.01),
-        ] {
+        for (before, asked, expected) in
+            [(0.0, 1.0, 0.02), (0.0, -1.0, -0.02), (3.13, -3.0, 3.15 - 2.0 * PI), (1.0, 1.01, 1.01)]
+        {
             let mut limiter = OutputLimiter::default();
             let before = reference(0.5, before);
             assert_eq!(limiter.limit(0.0, &before, &before, &LIMITS), Some(before));
@@ -271,11 +249,7 @@ mod tests {
         (limits.turn_rate_max_radps, craft.heading_loop.rate_max_radps) = (Some(0.0), Some(0.4));
         craft.surge_loop.acceleration_max_mps2 = Some(0.3);
         let declared = OutputLimits::declared(&limits, &craft);
-        let expected = OutputLimits {
-            speed_max: 1.2,
-            turn_rate_max: 0.4,
-            acceleration_max: 0.1,
-        };
+        let expected = OutputLimits { speed_max: 1.2, turn_rate_max: 0.4, acceleration_max: 0.1 };
         assert_eq!(declared, expected);
         let mut parameters = Parameters::default();
         assert_eq!(declared.within(&parameters), declared);

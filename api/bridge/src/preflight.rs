@@ -71,11 +71,7 @@ pub fn checks(bridge: &Bridge, auvs: &[String]) -> Vec<Check> {
         ("input", input(bridge)),
         ("plans", plans(bridge)),
     ]);
-    let check = |(name, (verdict, detail))| Check {
-        name,
-        verdict,
-        detail,
-    };
+    let check = |(name, (verdict, detail))| Check { name, verdict, detail };
     findings.into_iter().map(check).collect()
 }
 
@@ -167,9 +163,9 @@ fn navigation(bridge: &Bridge) -> Finding {
 
 fn clocks(bridge: &Bridge) -> Finding {
     match bridge.telemetry.clock_ahead_s {
-        Some(ahead) if ahead.abs() <= CLOCK_ERROR_MAX_S => passes(format!(
-            "the autopilot's is {ahead:+.2} s ahead of this machine's"
-        )),
+        Some(ahead) if ahead.abs() <= CLOCK_ERROR_MAX_S => {
+            passes(format!("the autopilot's is {ahead:+.2} s ahead of this machine's"))
+        }
         Some(ahead) => fails(format!(
             "the autopilot's (GNSS) is {ahead:+.1} s ahead of this machine's: run chrony or ntpd here, or fixes get wrong times"
         )),
@@ -205,18 +201,14 @@ fn heading(bridge: &Bridge) -> Finding {
     let velocity = state.ground_velocity;
     let Some(velocity) = velocity.filter(|velocity| velocity.norm() >= SPEED_FOR_COURSE) else {
         let slow = "the craft is too slow: drive straight ahead";
-        return warns(format!(
-            "{slow} at {SPEED_FOR_COURSE} m/s or more, and check again"
-        ));
+        return warns(format!("{slow} at {SPEED_FOR_COURSE} m/s or more, and check again"));
     };
     let off = wrap(angle_of(&velocity) - state.heading);
     let seen = format!("{:+.0}°", off.to_degrees());
     if off.abs() <= COURSE_ERROR_MAX {
         passes(seen)
     } else {
-        fails(format!(
-            "{seen}: the compass is wrong or turned in its mount, or the craft goes astern"
-        ))
+        fails(format!("{seen}: the compass is wrong or turned in its mount, or the craft goes astern"))
     }
 }
 
@@ -231,9 +223,7 @@ fn current(bridge: &Bridge) -> Finding {
     let (current, sigma) = (craft.current.current, craft.current.sigma());
     let seen = speed_to(&current);
     if current.norm() > CURRENT_MAX {
-        fails(format!(
-            "{seen} is not plausible: check the compass and the speed log"
-        ))
+        fails(format!("{seen} is not plausible: check the compass and the speed log"))
     } else if sigma > CURRENT_SIGMA_MAX {
         let seen = format!("{seen} so far, ±{sigma:.2} m/s along one axis");
         warns(format!("{seen}: drive on two headings, and check again"))
@@ -251,11 +241,7 @@ fn input(bridge: &Bridge) -> Finding {
     }
     let rejects = bridge.rejects().filter(|rejects| rejects.total() > 0);
     let rejects = joined(rejects.map(ToString::to_string));
-    if rejects.is_empty() {
-        passes("nothing rejected")
-    } else {
-        warns(format!("rejected: {rejects}"))
-    }
+    if rejects.is_empty() { passes("nothing rejected") } else { warns(format!("rejected: {rejects}")) }
 }
 
 fn plans(bridge: &Bridge) -> Finding {
@@ -297,10 +283,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn checks_without_evidence_do_not_pass() {
         let wire = || Endpoint::Udp("127.0.0.1:0".to_owned());
-        let settings = Settings {
-            nmea: vec![wire()],
-            ..Settings::default()
-        };
+        let settings = Settings { nmea: vec![wire()], ..Settings::default() };
         let autopilot = AutopilotSettings::Mavlink {
             connect: wire(),
             system: None,
@@ -312,11 +295,8 @@ mod tests {
         for check in &checks {
             assert_ne!(check.verdict, Verdict::Passes, "{check}");
         }
-        let failed = |name: &str| {
-            checks
-                .iter()
-                .any(|check| check.name == name && check.verdict == Verdict::Fails)
-        };
+        let failed =
+            |name: &str| checks.iter().any(|check| check.name == name && check.verdict == Verdict::Fails);
         for name in ["autopilot", "position", "navigation", "fixes", "input", "plans"] {
             assert!(failed(name), "{name}");
         }

@@ -53,11 +53,7 @@ impl RecentPositions {
         let since = since.filter(|(elapsed, _)| (0.0..=GAP_MAX_S).contains(elapsed));
         let since = since.map_or_else(Vector2::zeros, |(elapsed, velocity)| velocity * elapsed);
         let travelled = self.travelled + since;
-        let newest = Sample {
-            t_s,
-            position,
-            travelled,
-        };
+        let newest = Sample { t_s, position, travelled };
         self.newest = Some(newest);
         let last = self.samples.back();
         let is_kept = last.is_none_or(|last| t_s - last.t_s >= KEEP_EACH_S);

@@ -54,10 +54,7 @@ impl PlannedReference {
         let faster = faster.speed - before.speed;
         let bows = direction(heading) - direction(self.first.heading);
         let carried = self.current.dot(&bows);
-        Some(Reference {
-            speed: (self.first.speed + faster + carried).max(0.0),
-            heading,
-        })
+        Some(Reference { speed: (self.first.speed + faster + carried).max(0.0), heading })
     }
 
     /// The planned speed through the water and heading, interpolated between the stages.
@@ -76,11 +73,7 @@ impl PlannedReference {
 /// Interpolates between two stages, the heading by the shorter turn.
 fn between(from: &Stage, to: &Stage, t_s: f64) -> Reference {
     let span = to.t_s - from.t_s;
-    let part = if span > 0.0 {
-        ((t_s - from.t_s) / span).clamp(0.0, 1.0)
-    } else {
-        1.0
-    };
+    let part = if span > 0.0 { ((t_s - from.t_s) / span).clamp(0.0, 1.0) } else { 1.0 };
     let (before, after) = (from.reference, to.reference);
     Reference {
         speed: before.speed + part * (after.speed - before.speed),
@@ -97,20 +90,11 @@ mod tests {
         let stages = (0..30_u8).map(|k| {
             let after = f64::from(k);
             let heading = wrap(3.0 + 0.1 * after);
-            Stage {
-                t_s: 100.0 + after,
-                reference: Reference {
-                    speed: 1.0 + 0.01 * after,
-                    heading,
-                },
-            }
+            Stage { t_s: 100.0 + after, reference: Reference { speed: 1.0 + 0.01 * after, heading } }
         });
         PlannedReference {
             planned_s: 100.0,
-            first: Reference {
-                speed: 1.2,
-                heading: 3.0 + 0.1 * lags[0],
-            },
+            first: Reference { speed: 1.2, heading: 3.0 + 0.1 * lags[0] },
             stages: stages.collect(),
             lags,
             current,

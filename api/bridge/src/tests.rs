@@ -20,11 +20,7 @@ pub(crate) const ARDUPILOT: MavAutopilot = MavAutopilot::MAV_AUTOPILOT_ARDUPILOT
 pub(crate) const BOAT: MavType = MavType::MAV_TYPE_SURFACE_BOAT;
 
 pub(crate) fn frame(system_id: u32, component_id: u8, message: &MavMessage) -> Vec<u8> {
-    let header = MavHeader {
-        system_id,
-        component_id,
-        sequence: 0,
-    };
+    let header = MavHeader { system_id, component_id, sequence: 0 };
     let mut raw = MAVLinkV2MessageRaw::new();
     raw.serialize_message(header, message);
     raw.raw_bytes().to_vec()

@@ -61,10 +61,9 @@ impl FromStr for Endpoint {
             "udp" => address().map(Self::Udp),
             "udpout" => address().map(Self::UdpOut),
             "tcp" => address().map(Self::Tcp),
-            "serial" if !name.is_empty() && number > 0 => Ok(Self::Serial {
-                device: name.to_owned(),
-                baud: number,
-            }),
+            "serial" if !name.is_empty() && number > 0 => {
+                Ok(Self::Serial { device: name.to_owned(), baud: number })
+            }
             _ => Err(invalid()),
         }
     }
@@ -107,12 +106,7 @@ impl Input {
     }
 
     pub(crate) fn piece(&self, bytes: Vec<u8>, is_datagram: bool) -> Received {
-        Received {
-            wire: self.wire,
-            bytes,
-            is_datagram,
-            at: self.clock.now(),
-        }
+        Received { wire: self.wire, bytes, is_datagram, at: self.clock.now() }
     }
 }
 
@@ -237,10 +231,7 @@ impl OpenWire {
     fn udp(socket: UdpSocket, peers: Vec<SocketAddr>) -> io::Result<Self> {
         socket.set_read_timeout(Some(READ_TIMEOUT))?;
         socket.set_write_timeout(Some(WRITE_TIMEOUT))?;
-        Ok(Self::Udp {
-            socket: Arc::new(socket),
-            peers,
-        })
+        Ok(Self::Udp { socket: Arc::new(socket), peers })
     }
 
     /// Reads; the sender of a datagram becomes the one peer in `kept`.
@@ -333,20 +324,14 @@ mod tests {
     fn input() -> (Input, Receiver<Received>) {
         let (received, pieces) = channel(8);
         let clock = Clock::machine();
-        let input = Input {
-            wire: 3,
-            received,
-            clock,
-        };
+        let input = Input { wire: 3, received, clock };
         (input, pieces)
     }
 
     #[test]
     fn a_listening_wire_answers_its_last_sender() {
         let line = OpenWire::open(&Endpoint::Udp("127.0.0.1:0".to_owned())).expect("a free port");
-        let OpenWire::Udp { socket, .. } = &line else {
-            panic!("{line:?}")
-        };
+        let OpenWire::Udp { socket, .. } = &line else { panic!("{line:?}") };
         let address = socket.local_addr().expect("is bound");
         let kept = Arc::new(Mutex::new(Some(line.clone())));
         let (input, mut pieces) = input();
@@ -356,10 +341,7 @@ mod tests {
             let craft = UdpSocket::bind("127.0.0.1:0").expect("a free port");
             craft.send_to(said, address).expect("is sent");
             let heard = pieces.blocking_recv().expect("is read");
-            assert_eq!(
-                (heard.wire, heard.bytes.as_slice(), heard.is_datagram),
-                (3, &said[..], true)
-            );
+            assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, &said[..], true));
             let mut open = kept.lock();
             open.as_mut().expect("is open").write(b"aye").expect("is sent");
             let mut answer = [0; 8];
@@ -392,13 +374,7 @@ mod tests {
         let OpenWire::Udp { peers, .. } = line else {
             unreachable!("is UDP");
         };
-        assert_eq!(
-            peers
-                .iter()
-                .map(|peer| peer.ip().to_canonical())
-                .collect::<Vec<_>>(),
-            [here.ip()]
-        );
+        assert_eq!(peers.iter().map(|peer| peer.ip().to_canonical()).collect::<Vec<_>>(), [here.ip()]);
     }
 
     #[test]
@@ -410,10 +386,7 @@ mod tests {
         let (mut craft, _) = listener.accept().expect("connects");
         craft.write_all(b"hello").expect("is sent");
         let heard = pieces.blocking_recv().expect("is read");
-        assert_eq!(
-            (heard.wire, heard.bytes.as_slice(), heard.is_datagram),
-            (3, &b"hello"[..], false)
-        );
+        assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, &b"hello"[..], false));
         send(b"aye");
         let mut answer = [0; 3];
         craft.read_exact(&mut answer).expect("is answered");

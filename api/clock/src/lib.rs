@@ -25,11 +25,7 @@ use tokio::{
 };
 
 /// The kernel's clock that no setting changes. Only Linux has one that counts sleep.
-const SINCE_BOOT: ClockId = if cfg!(target_os = "linux") {
-    ClockId::Boottime
-} else {
-    ClockId::Monotonic
-};
+const SINCE_BOOT: ClockId = if cfg!(target_os = "linux") { ClockId::Boottime } else { ClockId::Monotonic };
 
 /// Resolution of Tokio's timers plus the wake-up of a thread.
 const TIMER_RESOLUTION: Duration = Duration::from_micros(1_500);
@@ -94,9 +90,7 @@ impl Clock {
     /// Wall time, Unix time, s. It can be set forward and back.
     pub fn unix_s(&self) -> f64 {
         match &self.0 {
-            None => SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .map_or(0.0, |since| since.as_secs_f64()),
+            None => SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64()),
             Some(simulated) => simulated.settings.lock().unix_s + self.since(simulated.start).as_secs_f64(),
         }
     }

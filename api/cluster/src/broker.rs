@@ -139,9 +139,7 @@ pub(crate) fn version_in(subject: &str) -> Option<&str> {
 impl Broker {
     /// Connects. A connection that breaks later is restored automatically.
     pub async fn connect(access: &Access, name: &str, clock: &Clock) -> Result<Self, ClusterError> {
-        let mut options = ConnectOptions::new()
-            .name(name)
-            .request_timeout(Some(REQUEST_TIMEOUT));
+        let mut options = ConnectOptions::new().name(name).request_timeout(Some(REQUEST_TIMEOUT));
         if let Some(file) = &access.credentials {
             let unreadable = |error| ClusterError::File(file.display().to_string(), error);
             options = options.credentials_file(file).await.map_err(unreadable)?;
@@ -170,10 +168,7 @@ impl Broker {
         let no_connection = |error| ClusterError::NoConnection(url.clone(), advice(&error), error);
         let client = client.map_err(no_connection)?;
         let context = jetstream::ContextBuilder::new().timeout(REQUEST_TIMEOUT);
-        Ok(Self {
-            clock: clock.clone(),
-            jetstream: context.build(client),
-        })
+        Ok(Self { clock: clock.clone(), jetstream: context.build(client) })
     }
 
     /// Connects as soon as the broker answers, and reports failed attempts. Returns errors that
@@ -219,20 +214,14 @@ impl Broker {
         }
         let name = &info.config.name;
         let what = format!("copy {name} to {replicas} servers");
-        let config = stream::Config {
-            num_replicas: replicas,
-            ..info.config.clone()
-        };
+        let config = stream::Config { num_replicas: replicas, ..info.config.clone() };
         let spread = self.jetstream.update_stream(config).await;
         spread.map_err(failed(what.clone()))?;
         // Messages are lost until the servers agree on a leader.
         for _ in 0..SPREAD_LOOKS {
             self.clock.sleep(PAUSE).await;
             let stream = self.jetstream.get_stream(name).await;
-            if let Some(cluster) = stream
-                .ok()
-                .and_then(|stream| stream.cached_info().cluster.clone())
-            {
+            if let Some(cluster) = stream.ok().and_then(|stream| stream.cached_info().cluster.clone()) {
                 let current = cluster.replicas.iter().filter(|replica| replica.current);
                 if cluster.leader.is_some() && replicas <= 1 + current.count() {
                     return Ok(());
@@ -372,10 +361,7 @@ fn advice(error: &ConnectError) -> &'static str {
         ("Expired", expired),
         ("CertificateRequired", needs_one),
         ("NotValidForName", named),
-        (
-            "InvalidContentType",
-            "it has no TLS: use nats:// instead of tls://",
-        ),
+        ("InvalidContentType", "it has no TLS: use nats:// instead of tls://"),
     ];
     if let Some((_, advice)) = by_words.iter().find(|(word, _)| words.contains(word)) {
         return advice;
@@ -445,20 +431,14 @@ mod tests {
     fn the_login_is_read_from_an_address() {
         let user = |user: &str, password: &str| Some((user.to_owned(), Some(password.to_owned())));
         assert_eq!(user_in("nats://host:4222"), None);
-        assert_eq!(
-            user_in("nats://one:4222, tls://me:s%40cret@two"),
-            user("me", "s@cret")
-        );
+        assert_eq!(user_in("nats://one:4222, tls://me:s%40cret@two"), user("me", "s@cret"));
         assert_eq!(user_in("me:s@cret@host"), user("me", "s@cret"));
         assert_eq!(user_in("nats://token@host"), Some(("token".to_owned(), None)));
     }
 
     #[test]
     fn no_password_is_in_a_message() {
-        assert_eq!(
-            without_secrets("nats://me:secret@host:4222,tls://other"),
-            "nats://host:4222,tls://other"
-        );
+        assert_eq!(without_secrets("nats://me:secret@host:4222,tls://other"), "nats://host:4222,tls://other");
         assert_eq!(without_secrets("me:secret@host"), "host");
     }
 }

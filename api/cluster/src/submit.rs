@@ -68,10 +68,7 @@ pub(crate) async fn send(
     parked: Option<&str>,
 ) -> Result<(), ClusterError> {
     let id = id_of(manifest);
-    let order = WorkMessage {
-        campaign: id.clone(),
-        work,
-    };
+    let order = WorkMessage { campaign: id.clone(), work };
     let payload = Bytes::from(serde_json::to_vec(&order).expect("names and numbers only"));
     let version = as_token(&manifest.program, &manifest.schema_version);
     let subject = subject(&version, &id, &work.name());

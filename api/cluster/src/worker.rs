@@ -40,12 +40,7 @@ type CachedCampaign = Arc<(Manifest, Campaign, ObjectStore)>;
 impl Worker {
     /// Does `jobs` pieces of work in parallel, and gives up work started `tries_max` times in vain.
     pub fn new(broker: Broker, jobs: usize, tries_max: i64) -> Self {
-        Self {
-            broker,
-            jobs: jobs.max(1),
-            tries_max: tries_max.max(1),
-            campaigns: Mutex::default(),
-        }
+        Self { broker, jobs: jobs.max(1), tries_max: tries_max.max(1), campaigns: Mutex::default() }
     }
 
     /// Works until `stop`, or until no work came for `idle_max`; then finishes the work under way.
@@ -78,18 +73,11 @@ impl Worker {
         let own = as_token(env!("CARGO_PKG_VERSION"), lab::campaign::rows::SCHEMA_VERSION);
         let mut stream = self.broker.stream(1).await?;
         let waiting = stream.info_with_subjects("pilotfish.work.>").await;
-        let waiting = waiting
-            .map_err(failed("look for work"))?
-            .collect::<Vec<_>>()
-            .await;
+        let waiting = waiting.map_err(failed("look for work"))?.collect::<Vec<_>>().await;
         let mut others = vec![];
         for (subject, _) in waiting.into_iter().flatten() {
             let version = version_in(&subject).filter(|version| *version != own);
-            others.extend(
-                version
-                    .map(str::to_owned)
-                    .filter(|version| !others.contains(version)),
-            );
+            others.extend(version.map(str::to_owned).filter(|version| !others.contains(version)));
         }
         for version in others {
             let why = format!("work waits for version {version}; this is {own}");
@@ -204,11 +192,7 @@ impl Worker {
         let there = with_retries(notify, &self.broker.clock, || async {
             let there = names(bucket, &self.broker.clock).await?;
             let behind = || std::io::Error::other("a server of the broker is behind the others");
-            if there.contains(&found.name()) {
-                Ok(there)
-            } else {
-                Err(failed("list what is done")(behind()))
-            }
+            if there.contains(&found.name()) { Ok(there) } else { Err(failed("list what is done")(behind())) }
         })
         .await?;
         let is_there = |gains: &Work| there.contains(&gains.name());

@@ -61,19 +61,12 @@ impl Server {
 
     fn with(flags: Vec<String>) -> Self {
         let (port, data) = (free_port(), TempDir::new().expect("is a folder"));
-        Self {
-            child: Self::spawn(port, data.path(), &flags),
-            port,
-            data,
-            flags,
-        }
+        Self { child: Self::spawn(port, data.path(), &flags), port, data, flags }
     }
 
     /// Three servers that form one broker.
     fn three() -> Vec<Self> {
-        let routes: Vec<String> = (0..3)
-            .map(|_| format!("nats://127.0.0.1:{}", free_port()))
-            .collect();
+        let routes: Vec<String> = (0..3).map(|_| format!("nats://127.0.0.1:{}", free_port())).collect();
         let flags = |(i, own): (usize, &String)| {
             let all = routes.join(",");
             let flags = format!("--name s{i} --cluster_name three --cluster {own} --routes {all}");
@@ -105,10 +98,7 @@ impl Server {
 
     /// Access with this login, or none.
     fn access(&self, login: &str) -> Access {
-        Access {
-            url: format!("nats://{login}127.0.0.1:{}", self.port),
-            ..Access::default()
-        }
+        Access { url: format!("nats://{login}127.0.0.1:{}", self.port), ..Access::default() }
     }
 
     async fn broker(&self) -> Broker {
@@ -177,9 +167,7 @@ async fn work(
     for _ in 0..workers {
         crew.push(Worker::new(server.broker().await, 1, tries_max));
     }
-    let runs = crew
-        .iter()
-        .map(|worker| worker.run(stopped.clone(), None, &notify));
+    let runs = crew.iter().map(|worker| worker.run(stopped.clone(), None, &notify));
     let flying = futures_util::future::join_all(runs);
     let watching = async {
         let broker = server.broker().await;
@@ -285,9 +273,7 @@ async fn work_that_never_succeeds_is_given_up_and_named() {
     let stream = plain.get_stream("PILOTFISH_WORK").await.expect("is there");
     let version = env!("CARGO_PKG_VERSION").replace('.', "-");
     let name = format!("workers-{version}_{SCHEMA_VERSION}");
-    let queue = stream
-        .get_consumer::<jetstream::consumer::pull::Config>(&name)
-        .await;
+    let queue = stream.get_consumer::<jetstream::consumer::pull::Config>(&name).await;
     let queue = queue.expect("is there");
     for _ in 0..3 {
         let batch = queue.batch().max_messages(2).expires(Duration::from_secs(10));
@@ -452,10 +438,7 @@ async fn work_for_another_version_is_refused_by_name_and_left_for_it() {
     // A campaign with another program's manifest is refused by name.
     let bucket = plain.get_object_store(format!("pilotfish-{id}")).await;
     let bucket = bucket.expect("is there");
-    let manifest = Manifest {
-        program: "9.9.9".to_owned(),
-        ..Manifest::of(&campaign, Shard::WHOLE)
-    };
+    let manifest = Manifest { program: "9.9.9".to_owned(), ..Manifest::of(&campaign, Shard::WHOLE) };
     let json = serde_json::to_vec(&manifest).expect("is JSON");
     let stored = bucket.put("manifest", &mut std::io::Cursor::new(json)).await;
     stored.expect("is stored");

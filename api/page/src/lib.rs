@@ -78,14 +78,8 @@ pub static FILES: LazyLock<Vec<File>> = files! {
 };
 
 /// Files that only live missions with orders and the API documentation load.
-pub const ON_DEMAND: [&str; 6] = [
-    "/order_draft.js",
-    "/order_form.js",
-    "/order_map.js",
-    "/docs",
-    "/docs.css",
-    "/docs.js",
-];
+pub const ON_DEMAND: [&str; 6] =
+    ["/order_draft.js", "/order_form.js", "/order_map.js", "/docs", "/docs.css", "/docs.js"];
 
 macro_rules! modules {
     ($($name:literal)*) => { [$(module!($name)),*] };
@@ -106,10 +100,7 @@ const POLICY: &str =
 pub fn one_file(title: &str, data: &Value) -> String {
     let style = include_str!("../web/page.css");
     let script: String = OF_REPORTS.iter().copied().map(declarations).collect();
-    let title = title
-        .replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;");
+    let title = title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     // No text in it can end its element, or begin a comment.
     let data = data.to_string().replace('<', "\\u003c");
     format!(
@@ -126,9 +117,7 @@ pub fn one_file(title: &str, data: &Value) -> String {
 fn declarations(module: &str) -> String {
     let module = without_comments(module);
     let lines = module.lines().filter(|line| !line.starts_with("import "));
-    lines
-        .flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"])
-        .collect()
+    lines.flat_map(|line| [line.strip_prefix("export ").unwrap_or(line), "\n"]).collect()
 }
 
 #[cfg(test)]
@@ -162,10 +151,7 @@ mod tests {
     fn modules_import_by_name_in_one_line_each_and_only_from_the_report() {
         let all: BTreeSet<&str> = OF_REPORTS.into_iter().flat_map(declared).collect();
         for module in OF_REPORTS {
-            assert!(
-                !declarations(module).contains("\nimport"),
-                "imports stand on lines of their own"
-            );
+            assert!(!declarations(module).contains("\nimport"), "imports stand on lines of their own");
             assert!(
                 !module.contains(" as ") || !module.contains("import * as"),
                 "no import has another name"
@@ -187,11 +173,7 @@ mod tests {
         assert_eq!(without_comments(module), lean);
         for file in FILES.iter().filter(|file| file.media_type == SCRIPT) {
             let wrong = |line: &str| ["//", "* ", "/**"].iter().any(|start| line.starts_with(start));
-            let left = file
-                .content
-                .lines()
-                .map(str::trim)
-                .find(|line| wrong(line) && !line.contains("*/ "));
+            let left = file.content.lines().map(str::trim).find(|line| wrong(line) && !line.contains("*/ "));
             assert_eq!(left, None, "{}", file.path);
         }
     }

@@ -24,15 +24,9 @@ pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route
     weigh(text)?;
     let watched = BufReader::new(progress.watched(text.as_bytes()));
     let value: Value = serde_json::from_reader(watched).map_err(broken)?;
-    let routes = if value["fileType"] == "Plan" {
-        plan(&value, &mut progress)
-    } else {
-        geojson(value, &mut progress)
-    };
-    routes.map_err(|unread| Unread {
-        place: located(text, &unread.place),
-        ..unread
-    })
+    let routes =
+        if value["fileType"] == "Plan" { plan(&value, &mut progress) } else { geojson(value, &mut progress) };
+    routes.map_err(|unread| Unread { place: located(text, &unread.place), ..unread })
 }
 
 /// Fails before the values of `text` take too much memory.
@@ -64,9 +58,7 @@ fn located(text: &str, pointer: &str) -> String {
     let mut at = text;
     for step in pointer.split('/').skip(1) {
         let inner = match step.parse::<usize>() {
-            Ok(k) => serde_json::from_str::<Vec<&RawValue>>(at)
-                .ok()
-                .and_then(|items| items.get(k).copied()),
+            Ok(k) => serde_json::from_str::<Vec<&RawValue>>(at).ok().and_then(|items| items.get(k).copied()),
             Err(_) => serde_json::from_str::<BTreeMap<&str, &RawValue>>(at)
                 .ok()
                 .and_then(|members| members.get(step).copied()),
@@ -115,10 +107,7 @@ fn geojson(value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unre
             }
         };
         let coordinates_at = format!("{place}/coordinates");
-        let name = feature
-            .property("name")
-            .and_then(Value::as_str)
-            .unwrap_or_default();
+        let name = feature.property("name").and_then(Value::as_str).unwrap_or_default();
         let [speed, depth] = ["speed_mps", "depth_m"].map(|wanted| stated(&properties_at, &feature, wanted));
         let (speed, depth) = (speed?, depth?);
         let mut route = Route::named(name);
@@ -128,9 +117,7 @@ fn geojson(value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unre
             Some(GeometryValue::Point { coordinates }) => {
                 let mut point = position(&coordinates_at, coordinates)?;
                 (point.speed_mps, point.depth_m) = (speed, depth.or(point.depth_m));
-                loose
-                    .notes
-                    .extend(note.filter(|note| loose.notes.last() != Some(note)));
+                loose.notes.extend(note.filter(|note| loose.notes.last() != Some(note)));
                 progress.point(&mut loose, &coordinates_at, point)?;
                 continue;
             }
@@ -186,11 +173,7 @@ fn stated(place: &str, feature: &Feature, wanted: &str) -> Result<Option<f64>, U
 
 /// Names the properties that a route does not use.
 fn unused(feature: &Feature) -> Option<String> {
-    let given = feature
-        .properties
-        .iter()
-        .flatten()
-        .filter(|(_, value)| !value.is_null());
+    let given = feature.properties.iter().flatten().filter(|(_, value)| !value.is_null());
     let names = given.map(|(name, _)| name.as_str());
     let names = names.filter(|name| !["name", "speed_mps", "depth_m"].contains(name));
     let names: Vec<String> = names.take(NAMES_TOLD).map(shortened).collect();

@@ -32,10 +32,7 @@ pub fn lanes_over(corners: &[[f64; 2]], mower: &LawnMower) -> Result<Vec<[f64; 2
     }
     // (ahead, starboard) of the heading.
     let (sin, cos) = mower.heading_rad.sin_cos();
-    let turned: Vec<[f64; 2]> = corners
-        .iter()
-        .map(|[n, e]| [n * cos + e * sin, e * cos - n * sin])
-        .collect();
+    let turned: Vec<[f64; 2]> = corners.iter().map(|[n, e]| [n * cos + e * sin, e * cos - n * sin]).collect();
     let across = || turned.iter().map(|corner| corner[1]);
     let least = across().fold(f64::INFINITY, f64::min);
     let most = across().fold(f64::NEG_INFINITY, f64::max);

@@ -64,9 +64,7 @@ impl Mission {
                     given => given.filter(|speed| 0.0 < *speed).or(self.speed),
                 };
             }
-            (RETURN, ..) => self
-                .route
-                .note("a return to where the vehicle was launched, which is left out"),
+            (RETURN, ..) => self.route.note("a return to where the vehicle was launched, which is left out"),
             // Zeros stand for the vehicle's own position.
             (_, Some(0.0), Some(0.0)) => {}
             (_, Some(lat), Some(lon)) if GO_TO.contains(&command) => {

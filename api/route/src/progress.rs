@@ -25,12 +25,7 @@ pub(crate) struct Progress<'a> {
 
 impl<'a> Progress<'a> {
     pub(crate) fn new(due: &'a dyn Fn() -> bool) -> Self {
-        Self {
-            due,
-            looks: 0,
-            points: 0,
-            routes: 0,
-        }
+        Self { due, looks: 0, points: 0, routes: 0 }
     }
 
     /// Fails once it is due.

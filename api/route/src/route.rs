@@ -88,11 +88,7 @@ impl Route {
         let are_unlike = |pair: &[&RoutePoint]| {
             [pair[0].speed_mps, pair[0].depth_m] != [pair[1].speed_mps, pair[1].depth_m]
         };
-        if ends.windows(2).any(are_unlike) {
-            ends
-        } else {
-            Vec::new()
-        }
+        if ends.windows(2).any(are_unlike) { ends } else { Vec::new() }
     }
 
     /// Statements of the file that a path with one turn radius lacks.
@@ -112,10 +108,7 @@ impl Route {
     }
 
     pub(crate) fn named(name: impl Into<String>) -> Self {
-        Self {
-            name: name.into(),
-            ..Self::default()
-        }
+        Self { name: name.into(), ..Self::default() }
     }
 
     /// Closes the route, without a last point that repeats the first.
@@ -144,10 +137,7 @@ impl RoutePoint {
             return Err(Unread::new(place, fault));
         }
         let below = height.filter(|height| *height < 0.0 && height.is_finite());
-        Ok(Self {
-            depth_m: below.map(|height| -height),
-            ..Self::at(Place::Earth { lat_deg, lon_deg })
-        })
+        Ok(Self { depth_m: below.map(|height| -height), ..Self::at(Place::Earth { lat_deg, lon_deg }) })
     }
 
     pub(crate) fn local(place: &str, north_m: f64, east_m: f64) -> Result<Self, Unread> {
@@ -159,12 +149,7 @@ impl RoutePoint {
     }
 
     fn at(place: Place) -> Self {
-        Self {
-            place,
-            depth_m: None,
-            speed_mps: None,
-            turn_radius_m: None,
-        }
+        Self { place, depth_m: None, speed_mps: None, turn_radius_m: None }
     }
 }
 

@@ -34,9 +34,7 @@ fn plan() -> String {
 }
 
 fn wpl() -> String {
-    mission([""; 3])
-        .replace(' ', "\t")
-        .replace("QGC\tWPL\t", "QGC WPL ")
+    mission([""; 3]).replace(' ', "\t").replace("QGC\tWPL\t", "QGC WPL ")
 }
 
 fn rtz() -> String {
@@ -52,15 +50,9 @@ fn rtz() -> String {
 }
 
 fn gpx(route: &str, point: &str) -> String {
-    let points = list(
-        |lat, lon| format!("<{point} lat=\"{lat}\" lon=\"{lon}\"><ele>3</ele></{point}>"),
-        "\n",
-    );
-    let inner = if route == "trk" {
-        format!("<trkseg>{points}</trkseg>")
-    } else {
-        points
-    };
+    let points =
+        list(|lat, lon| format!("<{point} lat=\"{lat}\" lon=\"{lon}\"><ele>3</ele></{point}>"), "\n");
+    let inner = if route == "trk" { format!("<trkseg>{points}</trkseg>") } else { points };
     format!("<gpx version=\"1.1\"><{route}><name>a</name>{inner}</{route}></gpx>")
 }
 
@@ -73,8 +65,7 @@ fn geojson(kind: &str, open: &str, close: &str) -> String {
 
 fn kmz(kml: &[u8]) -> Vec<u8> {
     let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
-    zip.start_file("doc.kml", zip::write::SimpleFileOptions::default())
-        .expect("in memory");
+    zip.start_file("doc.kml", zip::write::SimpleFileOptions::default()).expect("in memory");
     zip.write_all(kml).expect("in memory");
     zip.finish().expect("in memory").into_inner()
 }
@@ -82,10 +73,7 @@ fn kmz(kml: &[u8]) -> Vec<u8> {
 /// A file of each kind on Earth.
 fn files() -> Vec<Vec<u8>> {
     let csv = |head: &str, between: &str| {
-        format!(
-            "{head}\n{}",
-            list(|lat, lon| format!("{lat}{between}{lon}"), "\n")
-        )
+        format!("{head}\n{}", list(|lat, lon| format!("{lat}{between}{lon}"), "\n"))
     };
     let utf16 = |text: &str| {
         let units = std::iter::once(0xFEFF).chain(text.encode_utf16());
@@ -150,10 +138,7 @@ fn points_of_moos_have_east_first_and_their_labels() {
     let routes = read(text).expect("MOOS");
     assert_eq!(local(&routes[0]), [(1.0, 0.0), (2.0, 10.0)]);
     assert!(routes[0].name == "a" && routes[1].closed);
-    for list in [
-        "label,a : 0,1 : 10,2 : active,true : vertex_size,3",
-        "points = label=a, pts={0,1:10,2}",
-    ] {
+    for list in ["label,a : 0,1 : 10,2 : active,true : vertex_size,3", "points = label=a, pts={0,1:10,2}"] {
         assert_eq!(only(list), routes[0], "{list}");
     }
 }
@@ -175,11 +160,7 @@ fn a_behaviour_of_moos_sets_speed_order_and_repetition_of_its_points() {
     ] {
         let routes = read(block(more).as_bytes()).expect("MOOS");
         assert_eq!(routes.len(), 2);
-        assert_eq!(
-            (local(&routes[0]), routes[0].closed),
-            (expected, closed),
-            "{more}"
-        );
+        assert_eq!((local(&routes[0]), routes[0].closed), (expected, closed), "{more}");
         assert_eq!((&*routes[0].name, routes[0].speed_mps()), ("lanes", Some(1.4)));
         assert_eq!((&*routes[1].name, routes[1].speed_mps()), ("", None));
     }
@@ -197,9 +178,7 @@ fn lawnmowers_of_moos_have_a_lane_on_the_edge_and_begin_near_the_start() {
     let off = |route: &Route, expected: &[(f64, f64)]| {
         let pairs = local(route).into_iter().zip(expected.iter().copied());
         assert_eq!(route.points.len(), expected.len());
-        pairs
-            .map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1))
-            .fold(0.0, f64::max)
+        pairs.map(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1)).fold(0.0, f64::max)
     };
     assert!(route.name == "b" && off(&route, &lanes) < 1e-9, "{route:?}");
     // From the other end of the last lane, the same lanes run in reverse.
@@ -230,10 +209,7 @@ fn commands_for_aircraft_are_noted() {
     let items = "4 0 3 22 0 0 0 0 38.6 -9.3 20 1\n5 0 3 21 0 0 0 0 38.6 -9.3 0 1\n6 0 3 20 0 0 0 0 0 0 0 1";
     let notes = only(&mission(["", "", items])).left_out();
     let has = |k: usize, word| notes.get(k).is_some_and(|note| note.contains(word));
-    assert!(
-        has(0, "aircraft") && has(1, "return") && notes.len() == 2,
-        "{notes:?}"
-    );
+    assert!(has(0, "aircraft") && has(1, "return") && notes.len() == 2, "{notes:?}");
 }
 
 #[test]
@@ -243,45 +219,28 @@ fn a_jump_repeats_its_part_as_often_as_stated() {
         let places = PLACES.map(on_earth);
         let number = |place| places.iter().position(|known| *known == place).expect("is one");
         let points = route.points.iter();
-        let points: Vec<_> = points
-            .map(|point| (number(point.place), point.speed_mps))
-            .collect();
+        let points: Vec<_> = points.map(|point| (number(point.place), point.speed_mps)).collect();
         (points, route.closed, route.left_out())
     };
     let of = |points: &[usize]| points.iter().map(|k| (*k, None)).collect::<Vec<_>>();
     let jump = |to: u32, times: i32| format!("9 0 3 177 {to} {times} 0 0 0 0 0 1");
     assert_eq!(sailed(["", "", &jump(1, 0)]), (of(&[0, 1, 2]), false, vec![]));
-    assert_eq!(
-        sailed(["", "", &jump(2, 2)]),
-        (of(&[0, 1, 2, 1, 2, 1, 2]), false, vec![])
-    );
-    assert_eq!(
-        sailed(["", &jump(1, 1), ""]),
-        (of(&[0, 1, 0, 1, 2]), false, vec![])
-    );
+    assert_eq!(sailed(["", "", &jump(2, 2)]), (of(&[0, 1, 2, 1, 2, 1, 2]), false, vec![]));
+    assert_eq!(sailed(["", &jump(1, 1), ""]), (of(&[0, 1, 0, 1, 2]), false, vec![]));
     assert_eq!(sailed(["", "", &jump(1, -1)]), (of(&[0, 1, 2]), true, vec![]));
     // Nothing follows a jump without end; way-points before its part are noted.
     assert_eq!(sailed(["", &jump(1, -1), ""]), (of(&[0, 1]), true, vec![]));
     let (points, closed, notes) = sailed(["", "", &jump(2, -1)]);
-    assert!(
-        (points, closed) == (of(&[1, 2]), true) && notes[0].ends_with("left out: 1"),
-        "{notes:?}"
-    );
+    assert!((points, closed) == (of(&[1, 2]), true) && notes[0].ends_with("left out: 1"), "{notes:?}");
     // A speed holds until the next one, also on the way back. Speeds of climbing do not count.
     let speed = |kind: u32, speed: f64| format!("8 0 3 178 {kind} {speed} 0 0 0 0 0 1");
     let (slow, fast) = (speed(1, 0.5), format!("{}\n{}", jump(1, 1), speed(2, 9.0)));
     let (points, ..) = sailed([&slow, &speed(0, 1.5), &fast]);
     let [slow, fast] = [Some(0.5), Some(1.5)];
-    assert_eq!(
-        points,
-        [(0, None), (1, slow), (2, fast), (0, fast), (1, slow), (2, fast)]
-    );
+    assert_eq!(points, [(0, None), (1, slow), (2, fast), (0, fast), (1, slow), (2, fast)]);
     for (to, times) in [(7, 1), (9, 1)] {
         let error = read(mission(["", "", &jump(to, times)]).as_bytes()).expect_err("is nowhere");
-        assert!(
-            error.place == "line 8" && error.fault.contains("write its legs out"),
-            "{error}"
-        );
+        assert!(error.place == "line 8" && error.fault.contains("write its legs out"), "{error}");
     }
     assert!(read(mission(["", "", &jump(1, i32::MAX)]).as_bytes()).is_err());
 }
@@ -289,25 +248,14 @@ fn a_jump_repeats_its_part_as_often_as_stated() {
 #[test]
 fn a_plan_has_only_the_speeds_of_its_items() {
     assert_eq!(only(&plan()).speed_mps(), None);
-    let changed = plan().replacen(
-        "[{",
-        r#"[{"type":"SimpleItem","command":178,"params":[1,1.2,-1]},{"#,
-        1,
-    );
+    let changed = plan().replacen("[{", r#"[{"type":"SimpleItem","command":178,"params":[1,1.2,-1]},{"#, 1);
     assert_eq!(only(&changed).speed_mps(), Some(1.2));
 }
 
 #[test]
 fn way_points_with_different_names_are_one_route() {
-    for (names, n_routes) in [
-        (["WP1", "WP2", "WP3"], 1),
-        (["1", "", "1"], 1),
-        (["a", "a", "b"], 2),
-    ] {
-        let rows = PLACES
-            .iter()
-            .zip(names)
-            .map(|((lat, lon), name)| format!("{name},{lat},{lon}\n"));
+    for (names, n_routes) in [(["WP1", "WP2", "WP3"], 1), (["1", "", "1"], 1), (["a", "a", "b"], 2)] {
+        let rows = PLACES.iter().zip(names).map(|((lat, lon), name)| format!("{name},{lat},{lon}\n"));
         let rows = rows.collect::<String>();
         for (column, n_routes) in [("name", n_routes), ("id", 1)] {
             let file = format!("{column},lat,lon\n{rows}");
@@ -323,16 +271,10 @@ fn blanks_beside_commas_of_kml_do_not_end_a_tuple() {
     let expected = only(&kml());
     for separator in [", ", " ,", " , ", ",  "] {
         let line = list(|lat, lon| format!("{lon}{separator}{lat}{separator}-5"), " ");
-        let (before, rest) = kml()
-            .split_once("coordinates>")
-            .map(|(a, b)| (a.to_owned(), b.to_owned()))
-            .expect("has some");
+        let (before, rest) =
+            kml().split_once("coordinates>").map(|(a, b)| (a.to_owned(), b.to_owned())).expect("has some");
         let (_, after) = rest.split_once("</").expect("ends");
-        assert_eq!(
-            only(&format!("{before}coordinates>{line}</{after}")),
-            expected,
-            "{separator:?}"
-        );
+        assert_eq!(only(&format!("{before}coordinates>{line}</{after}")), expected, "{separator:?}");
     }
     let error = read(kml().replace("-9.2,38.7,-5 ", "-9.2,38.7,-5, ").as_bytes()).expect_err("runs on");
     assert!(error.fault.contains("longitude,latitude"), "{error}");
@@ -346,29 +288,18 @@ fn properties_of_geojson_points_are_used_or_named() {
                 r#"{{"type":"Feature","properties":{properties},"geometry":{{"type":"Point","coordinates":[{lon},{lat}]}}}}"#
             )
         };
-        format!(
-            r#"{{"type":"FeatureCollection","features":[{}]}}"#,
-            list(each, ",")
-        )
+        format!(r#"{{"type":"FeatureCollection","features":[{}]}}"#, list(each, ","))
     };
-    let route = only(&points(
-        r#"{"name":"WP","speed_mps":1.5,"depth_m":"4","stroke":"red","fill":null}"#,
-    ));
+    let route = only(&points(r#"{"name":"WP","speed_mps":1.5,"depth_m":"4","stroke":"red","fill":null}"#));
     let stated = |point: &crate::RoutePoint| (point.speed_mps, point.depth_m) == (Some(1.5), Some(4.0));
-    assert!(
-        route.points.len() == 3 && route.points.iter().all(stated),
-        "{route:?}"
-    );
+    assert!(route.points.len() == 3 && route.points.iter().all(stated), "{route:?}");
     assert_eq!(route.left_out(), ["properties that are not used: stroke"]);
     let line = geojson("LineString", "[", "]").replace(r#""name":"a""#, r#""name":"a","speed":2"#);
     assert_eq!(only(&line).left_out(), ["properties that are not used: speed"]);
     let hole = r#"{"type":"Polygon","coordinates":[[[0,0],[1,0],[1,1],[0,0]],[[0.5,0.2],[0.6,0.2],[0.6,0.3],[0.5,0.2]]]}"#;
     assert_eq!(only(hole).left_out(), ["holes of the area, which are left out"]);
     let error = read(points(r#"{"speed_mps":"slow"}"#).as_bytes()).expect_err("is a word");
-    assert_eq!(
-        error.to_string(),
-        "line 1 (/features/0/properties/speed_mps): \"slow\" is no number"
-    );
+    assert_eq!(error.to_string(), "line 1 (/features/0/properties/speed_mps): \"slow\" is no number");
 }
 
 #[test]
@@ -376,11 +307,7 @@ fn errors_name_the_place_that_cannot_be_read() {
     for (file, place, fault) in [
         (kml().replace("38.701,", "98.701,"), "line 2", "not on Earth"),
         (kml().replace("</Document>", ""), "line 3", "is no XML"),
-        (
-            geojson("LineString", "[", ",[1]]"),
-            "line 1 (/features/0/geometry/coordinates/3)",
-            "latitude",
-        ),
+        (geojson("LineString", "[", ",[1]]"), "line 1 (/features/0/geometry/coordinates/3)", "latitude"),
         (wpl().replace("\t3\t", "\t"), "line 3", "11 columns"),
         (rtz().replace("0.01", "1e308"), "line 1", "radius is too large"),
         ("lat,lon\n38,x\n".to_owned(), "line 2", "no number"),
@@ -394,10 +321,7 @@ fn errors_name_the_place_that_cannot_be_read() {
         (String::new(), "file", "is empty"),
     ] {
         let error = read(file.as_bytes()).expect_err(&file);
-        assert!(
-            error.place == place && error.fault.contains(fault),
-            "{error} of {file}"
-        );
+        assert!(error.place == place && error.fault.contains(fault), "{error} of {file}");
     }
     let two = format!("<gpx>{}{}</gpx>", gpx("rte", "rtept"), gpx("rte", "rtept"));
     assert!(select(read(two.as_bytes()).expect("is GPX"), None).is_err());
@@ -408,9 +332,7 @@ fn files_that_expand_or_nest_too_far_are_refused() {
     let bomb = kmz(&vec![b' '; BYTES_MAX + 1]);
     assert!(read(&bomb).expect_err("is large").fault.contains("unpacked"));
     let lol = "<!DOCTYPE l [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>";
-    let entities = kml()
-        .replace("<kml", &format!("{lol}<kml"))
-        .replace("a &amp; b", "&b;");
+    let entities = kml().replace("<kml", &format!("{lol}<kml")).replace("a &amp; b", "&b;");
     assert_eq!(read(entities.as_bytes()).expect("is KML")[0].name, "");
     assert!(read("<a>".repeat(1_000_000).as_bytes()).is_err());
     assert!(read("[".repeat(1_000_000).as_bytes()).is_err());
@@ -453,9 +375,7 @@ const DEAR: [&str; 28] = [
 fn dear(bytes: usize) -> impl Iterator<Item = (&'static str, String)> {
     DEAR.into_iter().map(move |kind| {
         let parts: Vec<&str> = kind.split('|').collect();
-        let [before, piece, after] = parts[..] else {
-            panic!("{kind}")
-        };
+        let [before, piece, after] = parts[..] else { panic!("{kind}") };
         let start = before.trim_start_matches(|digit: char| digit.is_ascii_digit());
         let piece = piece.replace("NESTED", &format!("{}{}", "[".repeat(100), "]".repeat(100)));
         let n = before[..before.len() - start.len()].parse();
@@ -488,10 +408,7 @@ fn reading_ends_once_it_is_due() {
         let (whole, _) = n_looks(u32::MAX);
         for due_at in [0, whole / 2] {
             let (looks, error) = n_looks(due_at);
-            assert!(
-                whole == 0 || (looks <= due_at + 5 && error.is_some()),
-                "{kind:?}: {looks} of {whole}"
-            );
+            assert!(whole == 0 || (looks <= due_at + 5 && error.is_some()), "{kind:?}: {looks} of {whole}");
         }
     }
 }
@@ -503,9 +420,7 @@ fn ten_thousand_damaged_files_are_read_or_refused() {
     for k in 0..10_000 {
         let mut file = files[k % files.len()].clone();
         let mut next = |below: usize| {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             usize::try_from(random >> 33).expect("31 bits") % below
         };
         for _ in 0..=next(4) {

@@ -12,11 +12,7 @@ pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route
         return wpl(text, &mut progress);
     }
     let mut lines = text.lines().map(uncommented).filter(|line| !line.is_empty());
-    if lines
-        .next()
-        .is_some_and(|first| is_moos(first) || is_behavior(first))
-        || lines.any(is_behavior)
-    {
+    if lines.next().is_some_and(|first| is_moos(first) || is_behavior(first)) || lines.any(is_behavior) {
         return moos(text, &mut progress);
     }
     csv(text, &mut progress)
@@ -84,9 +80,7 @@ fn key_of(line: &str) -> (String, &str) {
 }
 
 fn is_behavior(line: &str) -> bool {
-    line.get(..8)
-        .is_some_and(|word| word.eq_ignore_ascii_case("behavior"))
-        && key_of(line).0 == "behavior"
+    line.get(..8).is_some_and(|word| word.eq_ignore_ascii_case("behavior")) && key_of(line).0 == "behavior"
 }
 
 fn is_moos(line: &str) -> bool {
@@ -179,10 +173,7 @@ impl Behaviour {
                 sailed += 1.0;
             }
         }
-        Ok(Self {
-            n_before: routes.len(),
-            ..Self::default()
-        })
+        Ok(Self { n_before: routes.len(), ..Self::default() })
     }
 }
 
@@ -210,11 +201,7 @@ fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &st
 /// The value in `key=value`, also after the key of its line.
 fn member<'t>(text: &'t str, wanted: &str) -> Option<&'t str> {
     let mut pairs = text.split(',').filter_map(|pair| pair.rsplit_once('='));
-    let is_it = |key: &str| {
-        key.rsplit('=')
-            .next()
-            .is_some_and(|key| key.trim().eq_ignore_ascii_case(wanted))
-    };
+    let is_it = |key: &str| key.rsplit('=').next().is_some_and(|key| key.trim().eq_ignore_ascii_case(wanted));
     pairs.find(|(key, _)| is_it(key)).map(|(_, value)| value.trim())
 }
 
@@ -240,11 +227,8 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
         ["degs", "startx", "starty"].map(|wanted| Ok(given(wanted)?.unwrap_or(0.0)));
     let (turned, start) = (turned?.to_radians(), [start_y?, start_x?]);
     let along_north = member(text, "rows").is_some_and(|rows| matches!(rows, "ns" | "north-south"));
-    let (across, along, heading) = if along_north {
-        (width, height, turned)
-    } else {
-        (height, width, turned + FRAC_PI_2)
-    };
+    let (across, along, heading) =
+        if along_north { (width, height, turned) } else { (height, width, turned + FRAC_PI_2) };
     // The last lane lies on the far edge or beyond it.
     let n_lanes = (across / spacing - LANE_ROUNDING).ceil() + 1.0;
     let n_lanes_max = POINTS_MAX as f64 / 2.0;
@@ -283,10 +267,8 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let is_in_header = |byte: &u8| header.as_bytes().contains(byte);
     let delimiter = *b"\t;".iter().find(|byte| is_in_header(byte)).unwrap_or(&b',');
     progress.columns(text, delimiter)?;
-    let mut reader = ::csv::ReaderBuilder::new()
-        .delimiter(delimiter)
-        .trim(::csv::Trim::All)
-        .from_reader(text.as_bytes());
+    let mut reader =
+        ::csv::ReaderBuilder::new().delimiter(delimiter).trim(::csv::Trim::All).from_reader(text.as_bytes());
     let broken = |error: ::csv::Error| {
         let line = error.position().map_or(1, ::csv::Position::line);
         Unread::new(format!("line {line}"), error.to_string())

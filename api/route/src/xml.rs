@@ -38,11 +38,7 @@ pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>,
     let mut unpacked = Vec::new();
     // The archive's statement of its size is unverified.
     let limit = u64::try_from(BYTES_MAX).expect("8 MiB fit") + 1;
-    progress
-        .watched(file)
-        .take(limit)
-        .read_to_end(&mut unpacked)
-        .map_err(|error| broken(&error))?;
+    progress.watched(file).take(limit).read_to_end(&mut unpacked).map_err(|error| broken(&error))?;
     if BYTES_MAX < unpacked.len() {
         let fault = format!("is larger than {BYTES_MAX} bytes when unpacked");
         return Err(Unread::new(name, fault));
@@ -67,9 +63,8 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
     let mut before = 0;
     loop {
         found.progress.look("file")?;
-        let event = reader
-            .read_event()
-            .map_err(|error| Unread::new(found.place(), format!("is no XML: {error}")))?;
+        let event =
+            reader.read_event().map_err(|error| Unread::new(found.place(), format!("is no XML: {error}")))?;
         match event {
             Event::Start(element) => {
                 found.begin(&element)?;
@@ -251,8 +246,7 @@ impl Found<'_> {
     /// Ends the open route.
     fn close(&mut self) -> Result<(), Unread> {
         let (place, route) = (self.place(), self.route.take());
-        self.progress
-            .route(&mut self.routes, &place, route.unwrap_or_default())
+        self.progress.route(&mut self.routes, &place, route.unwrap_or_default())
     }
 
     fn push(&mut self, loose: bool, place: &str, point: RoutePoint) -> Result<(), Unread> {

@@ -35,7 +35,5 @@ pub(crate) async fn list_crafts() -> Json<CraftList> {
         source: preset.source.to_owned(),
         craft: CraftDescription::from(&preset.craft),
     };
-    Json(CraftList {
-        crafts: PRESETS.iter().map(entry).collect(),
-    })
+    Json(CraftList { crafts: PRESETS.iter().map(entry).collect() })
 }

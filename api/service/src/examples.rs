@@ -68,13 +68,9 @@ pub struct ExampleEntry {
 #[utoipa::path(get, path = "/v1/examples", tag = "examples",
     responses((status = 200, description = "Names and titles.", body = ExampleList)))]
 pub(crate) async fn list_examples() -> Json<ExampleList> {
-    let entry = |example: &Example| ExampleEntry {
-        name: example.name.to_owned(),
-        title: example.title.to_owned(),
-    };
-    Json(ExampleList {
-        examples: EXAMPLES.iter().map(entry).collect(),
-    })
+    let entry =
+        |example: &Example| ExampleEntry { name: example.name.to_owned(), title: example.title.to_owned() };
+    Json(ExampleList { examples: EXAMPLES.iter().map(entry).collect() })
 }
 
 /// Returns an example, ready to post.

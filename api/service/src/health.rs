@@ -56,12 +56,7 @@ pub(crate) struct Readiness {
 
 impl Readiness {
     pub(crate) fn new(planners: Planners, missions: Option<Missions>, stopping: Arc<AtomicBool>) -> Self {
-        Self {
-            planners,
-            missions,
-            verdict: Arc::default(),
-            stopping,
-        }
+        Self { planners, missions, verdict: Arc::default(), stopping }
     }
 
     async fn check(&self) -> Result<(), Problem> {
@@ -138,9 +133,7 @@ impl Readiness {
 #[utoipa::path(get, path = "/livez", tag = "service",
     responses((status = 200, description = "The process is alive.", body = Health)))]
 pub(crate) async fn livez() -> Json<Health> {
-    Json(Health {
-        status: "live".to_owned(),
-    })
+    Json(Health { status: "live".to_owned() })
 }
 
 /// Tests whether the service can plan and store. The result is kept for a second.
@@ -156,9 +149,7 @@ pub(crate) async fn readyz(State(readiness): State<Readiness>) -> Result<Json<He
         Problem::Log(StoreError::Full) => Problem::NotReady(problem.to_string()),
         other => other,
     })?;
-    Ok(Json(Health {
-        status: "ready".to_owned(),
-    }))
+    Ok(Json(Health { status: "ready".to_owned() }))
 }
 
 /// Returns the name and the versions of the service.

@@ -82,25 +82,13 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
     if let Some((period, beat)) = settings.heartbeat {
         tokio::spawn(readiness.clone().beat(period, beat));
     }
-    let forwarding = Forwarding::of(
-        missions.as_ref(),
-        settings.between,
-        settings.peers,
-        settings.others,
-    );
+    let forwarding = Forwarding::of(missions.as_ref(), settings.between, settings.peers, settings.others);
     let bodies = Bodies::new(settings.body_time_limit, metrics.clone(), planners.clock.clone());
-    let state = AppState {
-        planners,
-        missions,
-        readiness,
-        bodies,
-        metrics,
-    };
+    let state = AppState { planners, missions, readiness, bodies, metrics };
     let (router, _) = openapi::documented().split_for_parts();
     let router = match forwarding {
-        Some(forwarding) => router.layer(from_fn(move |request: Request, next: Next| {
-            forwarding.clone().handle(request, next)
-        })),
+        Some(forwarding) => router
+            .layer(from_fn(move |request: Request, next: Next| forwarding.clone().handle(request, next))),
         None => router,
     };
     router
@@ -109,8 +97,6 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         .fallback(async || Problem::NoRoute)
         .method_not_allowed_fallback(async || Problem::MethodNotAllowed)
         .layer(CatchPanicLayer::custom(middleware::caught_panic))
-        .layer(from_fn(move |request, next| {
-            middleware::handle(middleware.clone(), request, next)
-        }))
+        .layer(from_fn(move |request, next| middleware::handle(middleware.clone(), request, next)))
         .with_state(state)
 }

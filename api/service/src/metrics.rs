@@ -21,9 +21,7 @@ use rustix::time::{ClockId, clock_gettime};
 use store::StoreMetrics;
 
 /// Times, s, from that of a small plan to that after which clients have given up.
-const SECONDS: [f64; 14] = [
-    5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0,
-];
+const SECONDS: [f64; 14] = [5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0];
 
 /// Interior-point iterations of a plan: some ten for each subproblem.
 const SOLVER_ITERATIONS: [f64; 9] = [10.0, 20.0, 40.0, 60.0, 80.0, 100.0, 150.0, 200.0, 400.0];
@@ -194,10 +192,7 @@ impl Metrics {
         counts.register(ours);
         connections.register(ours);
         store.register(ours);
-        Self {
-            counts: Arc::new(counts),
-            registry: Arc::new(registry),
-        }
+        Self { counts: Arc::new(counts), registry: Arc::new(registry) }
     }
 
     pub(crate) fn request(&self, method: &Method, route: &str, status: StatusCode, took: Duration) {

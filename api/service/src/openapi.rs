@@ -95,11 +95,7 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
         .routes(routes!(examples::get_example))
         .routes(routes!(crafts::list_crafts))
         .routes(routes!(calls::create_mission, calls::list_missions))
-        .routes(routes!(
-            calls::get_mission,
-            calls::patch_mission,
-            calls::delete_mission
-        ))
+        .routes(routes!(calls::get_mission, calls::patch_mission, calls::delete_mission))
         .routes(routes!(calls::run_mission))
         .routes(routes!(calls::pause_mission))
         .routes(routes!(calls::finish_mission))

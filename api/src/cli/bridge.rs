@@ -188,11 +188,7 @@ fn run(bridge: impl Future<Output = Result<(), Box<dyn Error>>>) -> Result<(), B
 
 async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
     let (link, auvs, following, take_control) = match bridge {
-        Bridge::Mavlink {
-            autopilot,
-            rest,
-            take_control,
-        } => {
+        Bridge::Mavlink { autopilot, rest, take_control } => {
             let auvs = autopilot.names();
             (autopilot.link(), auvs, rest, take_control)
         }
@@ -232,10 +228,7 @@ async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(
     let auvs = [arguments.autopilot.names(), names].concat();
     let mission = arguments.mission.mission(auvs.clone())?;
     let missions = arguments.mission.service(config, clock).await?;
-    let settings = Settings {
-        dry_run: true,
-        ..sensors
-    };
+    let settings = Settings { dry_run: true, ..sensors };
     let mut follower = Follower::open(clock, arguments.autopilot.link(), settings, wire::open);
     let look = Duration::from_secs(arguments.look);
     if follower.wait_for_craft(look).await {
@@ -282,12 +275,8 @@ impl Sensors {
             names.extend(settings.names.values().cloned());
             modems.push((endpoint.clone(), Modem::new(&settings)?));
         }
-        let settings = Settings {
-            nmea: self.nmea.clone(),
-            modems,
-            sigma_m: self.sigma,
-            ..Settings::default()
-        };
+        let settings =
+            Settings { nmea: self.nmea.clone(), modems, sigma_m: self.sigma, ..Settings::default() };
         Ok((settings, names))
     }
 }
@@ -341,11 +330,8 @@ impl MissionFlags {
         let certificate = self.certificate.as_ref();
         let certificate = certificate.map(|file| fs::read(file).map_err(unreadable(file)));
         let (token, certificate) = (token.transpose()?, certificate.transpose()?);
-        let urls = if self.url.is_empty() {
-            vec![own_service(config, clock).await?]
-        } else {
-            self.url.clone()
-        };
+        let urls =
+            if self.url.is_empty() { vec![own_service(config, clock).await?] } else { self.url.clone() };
         let transport = Transport::http(clock, certificate.as_deref());
         let none = "the file of --certificate contains no certificate";
         let transport = transport.map_err(because_of(none))?;

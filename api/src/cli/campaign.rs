@@ -192,9 +192,7 @@ fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
     };
     let (controller, scenario) = (&flown.controller, &flown.record.scenario);
     let (replicate, page) = (flown.run.condition.replicate, page.display());
-    print(&format!(
-        "run {number}: {controller} in {scenario}, replicate {replicate}: {outcome}\n{page}\n"
-    ))?;
+    print(&format!("run {number}: {controller} in {scenario}, replicate {replicate}: {outcome}\n{page}\n"))?;
     if !flown.same {
         return Err("the run differs from its row".into());
     }
@@ -234,15 +232,8 @@ impl ProgressDisplay {
         } else {
             let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
             let seconds = self.clock.since(since).as_secs_f64();
-            let (rate, left) = (
-                progress.flown as f64 / seconds.max(1e-3),
-                (of - done.min(of)) as f64,
-            );
-            let time_left = if progress.flown == 0 {
-                "?".to_owned()
-            } else {
-                minutes(left / rate)
-            };
+            let (rate, left) = (progress.flown as f64 / seconds.max(1e-3), (of - done.min(of)) as f64);
+            let time_left = if progress.flown == 0 { "?".to_owned() } else { minutes(left / rate) };
             let failed = progress.failed;
             format!("{done} of {of} runs, {rate:.2}/s, {time_left} left, {failed} failed")
         };

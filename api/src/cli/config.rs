@@ -68,10 +68,7 @@ impl Config {
 
     pub(crate) fn retention(&self) -> Retention {
         let after = |hours: f64| (0.0 < hours).then(|| Duration::from_secs_f64(3600.0 * hours));
-        Retention {
-            over: after(24.0 * self.keep_days),
-            abandoned: after(self.abandoned_hours),
-        }
+        Retention { over: after(24.0 * self.keep_days), abandoned: after(self.abandoned_hours) }
     }
 }
 
@@ -191,9 +188,8 @@ fn shown(value: &Value) -> String {
     if text.contains("password=") {
         return "\"(hidden password)\"".to_owned();
     }
-    let Some((scheme, (login, address))) = text
-        .split_once("://")
-        .and_then(|(scheme, rest)| Some((scheme, rest.rsplit_once('@')?)))
+    let Some((scheme, (login, address))) =
+        text.split_once("://").and_then(|(scheme, rest)| Some((scheme, rest.rsplit_once('@')?)))
     else {
         return text;
     };
@@ -219,11 +215,8 @@ mod tests {
 
     #[test]
     fn a_flag_overrides_the_file_and_the_file_overrides_the_default() {
-        let layers = layers(
-            "port = 1\ndeadline_ms = 20\nallow_host = [\"a\"]\n",
-            &[("port", "2")],
-        )
-        .expect("is valid");
+        let layers =
+            layers("port = 1\ndeadline_ms = 20\nallow_host = [\"a\"]\n", &[("port", "2")]).expect("is valid");
         let config = layers.config();
         assert_eq!((config.port, config.deadline_ms), (2, 20.0));
         assert_eq!(config.allow_host, ["a"]);
@@ -238,15 +231,9 @@ mod tests {
     fn an_error_names_file_key_and_value() {
         for (text, says) in [
             ("prot = 1", "unknown setting \"prot\""),
-            (
-                "port = 65536",
-                "port: 65536 must be a whole number from 0 to 65535",
-            ),
+            ("port = 65536", "port: 65536 must be a whole number from 0 to 65535"),
             ("port = \"8080\"", "port: \"8080\" must be a whole number"),
-            (
-                "deadline_ms = 0",
-                "deadline_ms: 0 must be a number from 0.05 to 60000",
-            ),
+            ("deadline_ms = 0", "deadline_ms: 0 must be a number from 0.05 to 60000"),
             ("insecure = 1", "insecure: 1 must be true or false"),
             ("log_format = \"xml\"", "must be text or json"),
             ("[serve]\nport = 1", "unknown setting \"serve\""),
@@ -263,10 +250,7 @@ mod tests {
         let layers = layers(&secret, &[]).expect("is a path");
         assert!(!shown(&layers.values["tokens"]).contains("0123"));
         for (url, seen) in [
-            (
-                "postgres://me:secret@one,two/missions",
-                "\"postgres://me@one,two/missions\"",
-            ),
+            ("postgres://me:secret@one,two/missions", "\"postgres://me@one,two/missions\""),
             ("postgres://me@one/missions", "\"postgres://me@one/missions\""),
             ("postgres://one/missions?password=secret", "\"(hidden password)\""),
         ] {

@@ -23,9 +23,7 @@ pub(crate) fn copy_store(arguments: &CopyStore) -> Result<(), Box<dyn Error>> {
     let (from, to) = (place(&arguments.from), place(&arguments.to));
     let Copied { missions, events } =
         with_spinner("copying the mission log", || copy(&from, &to, &Clock::machine()))?;
-    Ok(print(&format!(
-        "copied {missions} missions with {events} events; the source is as it was\n"
-    ))?)
+    Ok(print(&format!("copied {missions} missions with {events} events; the source is as it was\n"))?)
 }
 
 fn place(text: &str) -> StorePlace {

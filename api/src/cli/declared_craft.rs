@@ -22,8 +22,7 @@ pub(crate) struct DeclaredCraft {
 impl DeclaredCraft {
     /// The given `craft` object, whose members are checked, not their ranges.
     pub(crate) fn json(&self) -> Result<Option<Value>, Failure> {
-        self.read::<CraftDescription>()
-            .map(|read| read.map(|(json, _)| json))
+        self.read::<CraftDescription>().map(|read| read.map(|(json, _)| json))
     }
 
     /// The given craft: its JSON and its value.

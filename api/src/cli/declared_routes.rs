@@ -38,9 +38,7 @@ struct RouteFile {
 pub(crate) const CANNOT_SAIL: &str = "no vehicle can sail the route";
 
 fn auv_and_file(text: &str) -> Result<(String, RouteFile), String> {
-    let Some((auv, file)) = text
-        .split_once('=')
-        .filter(|(auv, file)| !auv.is_empty() && !file.is_empty())
+    let Some((auv, file)) = text.split_once('=').filter(|(auv, file)| !auv.is_empty() && !file.is_empty())
     else {
         return Err("must be AUV=FILE".to_owned());
     };
@@ -85,12 +83,7 @@ pub(crate) fn local(route: &Route, datum: Option<&Datum>) -> Result<Vec<[f64; 2]
 pub(crate) fn declared(route: &Route, points: Vec<[f64; 2]>, speed_mps: f64) -> DeclaredPath {
     let turn_radius_m = route.turn_radius_m();
     DeclaredPath {
-        segments: vec![Segment::Waypoints {
-            points,
-            fillet_m: None,
-            turn_radius_m,
-            legs: legs(route),
-        }],
+        segments: vec![Segment::Waypoints { points, fillet_m: None, turn_radius_m, legs: legs(route) }],
         closed: route.closed,
         speed_mps,
     }
@@ -159,10 +152,7 @@ impl DeclaredRoutes {
             let segments = path.lines_and_arcs().map(|piece| segment(&piece));
             let segments = segments.collect::<Result<_, _>>()?;
             auv.track = None;
-            auv.path = Some(PathFile::Segments {
-                segments,
-                closed: route.closed,
-            });
+            auv.path = Some(PathFile::Segments { segments, closed: route.closed });
         }
         Ok(())
     }
@@ -176,15 +166,8 @@ fn segment(piece: &Segment) -> Result<SegmentFile, String> {
     let coordinate = |value| fixed("coordinates", value);
     let point = |[north, east]: [f64; 2]| Ok::<_, String>(Point(vec![coordinate(north)?, coordinate(east)?]));
     match *piece {
-        Segment::Line { from, to } => Ok(SegmentFile::Line {
-            from: point(from)?,
-            to: point(to)?,
-        }),
-        Segment::Arc {
-            from,
-            centre,
-            angle_rad,
-        } => Ok(SegmentFile::Arc {
+        Segment::Line { from, to } => Ok(SegmentFile::Line { from: point(from)?, to: point(to)? }),
+        Segment::Arc { from, centre, angle_rad } => Ok(SegmentFile::Arc {
             from: point(from)?,
             centre: point(centre)?,
             angle_rad: fixed("an angle", angle_rad)?,
@@ -199,7 +182,5 @@ fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, String>
         return Ok(Quantity::fixed(value));
     }
     let (least, most) = K::RANGE.into_inner();
-    Err(format!(
-        "scenarios take {what} from {least} to {most}, and the route has {value}"
-    ))
+    Err(format!("scenarios take {what} from {least} to {most}, and the route has {value}"))
 }

@@ -121,11 +121,7 @@ fn begin(
 
 fn post(url: &str, body: &Value) -> Result<Value, Box<dyn Error + Send + Sync>> {
     const UNANSWERED: &str = "the service did not answer";
-    let call = ureq::post(url)
-        .config()
-        .http_status_as_error(false)
-        .proxy(None)
-        .build();
+    let call = ureq::post(url).config().http_status_as_error(false).proxy(None).build();
     let mut answer = call.send_json(body).map_err(because_of(UNANSWERED))?;
     let is_done = answer.status().is_success();
     let answer = answer.body_mut().read_json::<Value>();

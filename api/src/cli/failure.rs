@@ -15,8 +15,5 @@ pub(crate) fn because_of<E: Into<Box<dyn Error + Send + Sync>>>(
     what: impl Into<String>,
 ) -> impl FnOnce(E) -> Failure {
     let what = what.into();
-    |error| Failure {
-        what,
-        source: error.into(),
-    }
+    |error| Failure { what, source: error.into() }
 }

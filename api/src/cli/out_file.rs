@@ -25,11 +25,7 @@ impl OutFile {
     /// Fails early if the file cannot be written. Leaves nothing on the disk.
     pub(crate) fn new(name: &Path) -> Result<Self, Failure> {
         let (path, partial) = place(name).map_err(not_written(name))?;
-        Ok(Self {
-            name: name.to_owned(),
-            path,
-            partial,
-        })
+        Ok(Self { name: name.to_owned(), path, partial })
     }
 
     /// `true` for a pipe or a device.
@@ -129,9 +125,7 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 
 pub(crate) fn print_rows(directory: &Path, n_rows: usize, digest: &str) -> Result<(), Box<dyn Error>> {
     let directory = directory.display();
-    Ok(print(&format!(
-        "{directory}/runs.parquet: {n_rows} rows, digest {digest}\n"
-    ))?)
+    Ok(print(&format!("{directory}/runs.parquet: {n_rows} rows, digest {digest}\n"))?)
 }
 
 pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
@@ -147,10 +141,7 @@ mod tests {
     fn names_from_outside_do_not_command_the_terminal() {
         let name = "lane\u{1b}[2J\u{1b}]0;all is well\u{7}\r\u{9b}1A\u{7f}";
         let shown = visible(name);
-        assert_eq!(
-            shown,
-            r"lane\u001b[2J\u001b]0;all is well\u0007\u000d\u009b1A\u007f"
-        );
+        assert_eq!(shown, r"lane\u001b[2J\u001b]0;all is well\u0007\u000d\u009b1A\u007f");
         let json = serde_json::to_string(name).expect("is text");
         let read: String = serde_json::from_str(&visible(&json)).expect("is JSON");
         assert_eq!(read, name);

@@ -31,12 +31,7 @@ pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn 
     let Some(replayed) = replayed else {
         return Err(format!("unknown mission {mission}; GET /v1/missions lists all").into());
     };
-    let Replayed {
-        events,
-        equal,
-        cut_short,
-        different,
-    } = replayed;
+    let Replayed { events, equal, cut_short, different } = replayed;
     let n_different = different.len();
     let n_plans = equal + cut_short + n_different as u64;
     print(&format!(
@@ -46,8 +41,6 @@ pub(crate) fn replay(arguments: &Replay, config: &Config) -> Result<(), Box<dyn 
     let Some(first) = different.first() else {
         return Ok(());
     };
-    Err(
-        format!("{n_different} of {n_plans} plans differ from the stored answers, first in event {first}")
-            .into(),
-    )
+    Err(format!("{n_different} of {n_plans} plans differ from the stored answers, first in event {first}")
+        .into())
 }

@@ -78,10 +78,7 @@ pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
     };
     let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
     if let Some(spacing_m) = arguments.lanes {
-        let pattern = LawnMower {
-            spacing_m,
-            heading_rad,
-        };
+        let pattern = LawnMower { spacing_m, heading_rad };
         points = lanes_over(&points, &pattern)?;
         (route.closed, route.points) = (false, vec![]);
     }
@@ -168,11 +165,7 @@ fn repairs(path: &TrackPath, points: &[[f64; 2]], radius: f64) -> Vec<String> {
         |pair: &&[[f64; 2]]| (Vector2::from(pair[1]) - Vector2::from(pair[0])).norm() < REPEATED_WITHIN;
     let repeated = points.windows(2).filter(apart).count();
     let arc = |piece| match piece {
-        Segment::Arc {
-            from,
-            centre,
-            angle_rad,
-        } => {
+        Segment::Arc { from, centre, angle_rad } => {
             let radius = (Vector2::from(from) - Vector2::from(centre)).norm();
             Some((radius, angle_rad.abs()))
         }
@@ -186,9 +179,7 @@ fn repairs(path: &TrackPath, points: &[[f64; 2]], radius: f64) -> Vec<String> {
     let tightest = tight.iter().copied().fold(f64::INFINITY, f64::min);
     let mut notes = vec![];
     if repeated > 0 {
-        notes.push(format!(
-            "points that repeat the one before and are left out: {repeated}"
-        ));
+        notes.push(format!("points that repeat the one before and are left out: {repeated}"));
     }
     if !tight.is_empty() {
         let n = tight.len();
@@ -244,11 +235,7 @@ fn picture(path: &TrackPath, points: &[[f64; 2]]) -> String {
     for piece in path.lines_and_arcs() {
         let _ = match piece {
             Segment::Line { to, .. } => write!(line, "L{}", at(to.into())),
-            Segment::Arc {
-                from,
-                centre,
-                angle_rad,
-            } => {
+            Segment::Arc { from, centre, angle_rad } => {
                 let (from, centre) = (Vector2::from(from), Vector2::from(centre));
                 let radius = (from - centre).norm();
                 let end = centre + Rotation2::new(angle_rad) * (from - centre);

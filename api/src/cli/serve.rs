@@ -65,10 +65,7 @@ pub(crate) fn serve_and(
         Ok::<_, String>(format!("{scheme}://{name}"))
     });
     let names = [Some(host.to_owned()), advertised.map(|(_, name)| name)];
-    let names = names
-        .into_iter()
-        .flatten()
-        .chain(config.allow_host.iter().cloned());
+    let names = names.into_iter().flatten().chain(config.allow_host.iter().cloned());
     let settings = Settings {
         clock,
         deadline: Duration::from_secs_f64(1e-3 * config.deadline_ms),
@@ -125,7 +122,7 @@ async fn run(
         (Err(error), [address, ..]) if error.kind() == io::ErrorKind::AddrInUse => {
             let port = address.port();
             return Err(
-                format!("port {port} is in use: choose another --port, or --port 0 for a free one").into(),
+                format!("port {port} is in use: choose another --port, or --port 0 for a free one").into()
             );
         }
         (bound, _) => bound.map_err(because_of(format!(

@@ -50,17 +50,8 @@ enum Command {
 /// Changes or shows the token file at `path`. A running service reads the change within a second.
 pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>> {
     match &arguments.command {
-        Command::Add {
-            name,
-            role,
-            mission,
-            craft,
-            days,
-        } => {
-            let limit = TokenLimit {
-                missions: mission.clone(),
-                craft: craft.clone(),
-            };
+        Command::Add { name, role, mission, craft, days } => {
+            let limit = TokenLimit { missions: mission.clone(), craft: craft.clone() };
             let role = Role::ALL.into_iter().find(|known| known.name() == role);
             let token = NewToken {
                 name: name.clone(),

@@ -23,9 +23,7 @@ pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box
         file.write(|out| write_csv(&rows, out))?;
     }
     let (n_rows, minutes, log) = (rows.len(), setup.trial.duration() / 60.0, paths[0].display());
-    Ok(print(&format!(
-        "{n_rows} rows, {minutes:.0} min of {craft}; next: pilotfish identify {log}\n"
-    ))?)
+    Ok(print(&format!("{n_rows} rows, {minutes:.0} min of {craft}; next: pilotfish identify {log}\n"))?)
 }
 
 fn log_file(path: &Path) -> Result<OutFile, Box<dyn Error>> {

@@ -84,18 +84,12 @@ impl Entry {
     }
 
     pub(super) fn deletion(at_s: f64, number: i64, mission: &str) -> Self {
-        Self {
-            digest: DELETED.to_owned(),
-            ..Self::of(at_s, Head::of_new(number), mission)
-        }
+        Self { digest: DELETED.to_owned(), ..Self::of(at_s, Head::of_new(number), mission) }
     }
 
     fn line(&self) -> String {
         let (number, mission, sequence) = (self.number, &self.mission, self.sequence);
-        let line = format!(
-            "{number} {mission:.ID$} {sequence} {} {:.3}",
-            self.digest, self.at_s
-        );
+        let line = format!("{number} {mission:.ID$} {sequence} {} {:.3}", self.digest, self.at_s);
         let line = format!("{line} {}", check(&line));
         format!("{line:<width$}\n", width = LINE - 1)
     }
@@ -166,11 +160,7 @@ impl Acknowledged {
                 ),
             }
         }
-        let list = Self {
-            clock: clock.clone(),
-            file,
-            sync_at: None,
-        };
+        let list = Self { clock: clock.clone(), file, sync_at: None };
         Ok((list, entries))
     }
 
@@ -207,26 +197,18 @@ pub(super) fn compare(
         connection.prepare("SELECT number, sequence, head, id, status = 'deleted' FROM missions")?;
     let mut rows = missions.query([])?;
     while let Some(row) = rows.next()? {
-        let head = Head {
-            mission: row.get(0)?,
-            sequence: row.get(1)?,
-            digest: row.get(2)?,
-        };
+        let head = Head { mission: row.get(0)?, sequence: row.get(1)?, digest: row.get(2)? };
         let (id, is_deleted): (String, bool) = (row.get(3)?, row.get(4)?);
         let entry = listed.remove(&head.mission);
-        let stored = if is_deleted {
-            Entry::deletion(now_s, head.mission, &id)
-        } else {
-            Entry::of(now_s, head, &id)
-        };
+        let stored =
+            if is_deleted { Entry::deletion(now_s, head.mission, &id) } else { Entry::of(now_s, head, &id) };
         if let Some(entry) = entry {
             if (entry.sequence, &entry.digest) == (stored.sequence, &stored.digest) {
                 continue;
             }
             // An unacknowledged commit may be stored.
-            let digest: Option<Vec<u8>> = event
-                .query_row(params![entry.number, entry.sequence], |row| row.get(0))
-                .optional()?;
+            let digest: Option<Vec<u8>> =
+                event.query_row(params![entry.number, entry.sequence], |row| row.get(0)).optional()?;
             let goes_on = entry.sequence == 0 || digest.map(hex::encode).as_ref() == Some(&entry.digest);
             if !is_deleted && (entry.is_deletion() || !goes_on) {
                 compared.lost.push(entry.lost(stored.sequence));
@@ -236,9 +218,7 @@ pub(super) fn compare(
     }
     for entry in listed.into_values().filter(|entry| !entry.is_deletion()) {
         compared.lost.push(entry.lost(0));
-        compared
-            .outdated
-            .push(Entry::deletion(now_s, entry.number, &entry.mission));
+        compared.outdated.push(Entry::deletion(now_s, entry.number, &entry.mission));
     }
     Ok(compared)
 }

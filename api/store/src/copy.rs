@@ -94,10 +94,7 @@ impl StorePlace {
             Self::Database(url) => {
                 let store = EventStore::open_database(url, None, u64::MAX, clock)?;
                 let services = "SELECT id FROM services";
-                let first = store
-                    .reader()?
-                    .0
-                    .first(services, &[], |row| row.get::<String>(0))?;
+                let first = store.reader()?.0.first(services, &[], |row| row.get::<String>(0))?;
                 if first.is_some() {
                     let why = "services use it: stop them (after one was killed: start one for two leases, and stop it)";
                     return Err(self.refused(why));

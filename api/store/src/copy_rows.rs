@@ -7,10 +7,7 @@ use super::rows::{Param, Row, Rows};
 
 /// The copied columns of each table, in the order of their references.
 pub(super) const TABLES: [(&str, &str); 7] = [
-    (
-        "missions",
-        "number, id, status, summary, owner, bytes, over_s, sequence, head, digest",
-    ),
+    ("missions", "number, id, status, summary, owner, bytes, over_s, sequence, head, digest"),
     ("events", "mission, sequence, kind, body, digest"),
     ("snapshots", "mission, sequence, body, digest"),
     ("answered", "mission, key, request, answer"),
@@ -36,18 +33,14 @@ pub(super) fn copy_rows(
     let places: Vec<String> = (1..=names.len()).map(|place| format!("?{place}")).collect();
     let insert = format!("INSERT INTO {table} ({columns}) VALUES ({})", places.join(", "));
     let mut n = 0;
-    from.each(
-        &format!("SELECT {columns} FROM {table} {condition}"),
-        params,
-        &mut |row| {
-            let values = names.iter().enumerate();
-            let values = values.map(|(column, name)| value(row, column, *name == KEY, to));
-            let values = values.collect::<Result<Vec<_>, _>>()?;
-            to.change(&insert, &values.iter().map(|value| &**value).collect::<Vec<_>>())?;
-            n += 1;
-            Ok(true)
-        },
-    )?;
+    from.each(&format!("SELECT {columns} FROM {table} {condition}"), params, &mut |row| {
+        let values = names.iter().enumerate();
+        let values = values.map(|(column, name)| value(row, column, *name == KEY, to));
+        let values = values.collect::<Result<Vec<_>, _>>()?;
+        to.change(&insert, &values.iter().map(|value| &**value).collect::<Vec<_>>())?;
+        n += 1;
+        Ok(true)
+    })?;
     Ok(n)
 }
 

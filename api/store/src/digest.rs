@@ -58,11 +58,7 @@ pub(super) struct Links {
 
 impl Head {
     pub(super) fn of_new(mission: i64) -> Self {
-        Self {
-            mission,
-            sequence: 0,
-            digest: vec![],
-        }
+        Self { mission, sequence: 0, digest: vec![] }
     }
 
     /// The digests of an append to the mission.

@@ -122,11 +122,7 @@ pub(super) const FIND_ANSWER: &str = "SELECT request, answer FROM answered JOIN 
 impl KeyedAnswer {
     /// The result of an append whose key had this answer before.
     pub(super) fn repeated(&self, request: &[u8], answer: Vec<u8>) -> Appended {
-        if self.request == request {
-            Appended::AnsweredBefore(answer)
-        } else {
-            Appended::KeyTaken
-        }
+        if self.request == request { Appended::AnsweredBefore(answer) } else { Appended::KeyTaken }
     }
 }
 

@@ -27,11 +27,7 @@ pub(super) fn make_private(directory: &Path, path: &Path) -> io::Result<File> {
 
 /// Opens a file at its end; creates it if missing, for this user only.
 pub(super) fn private_file(path: &Path) -> io::Result<File> {
-    OpenOptions::new()
-        .append(true)
-        .create(true)
-        .mode(0o600)
-        .open(path)
+    OpenOptions::new().append(true).create(true).mode(0o600).open(path)
 }
 
 /// Fails while the file of losses exists.

@@ -10,10 +10,7 @@
 //!
 //! The module `postgres` has the same store in a database that several services share.
 
-#![cfg_attr(
-    not(feature = "postgres"),
-    expect(dead_code, reason = "the database that is left out uses it")
-)]
+#![cfg_attr(not(feature = "postgres"), expect(dead_code, reason = "the database that is left out uses it"))]
 
 use std::fmt::Debug;
 use std::fs::File;
@@ -204,17 +201,8 @@ impl EventStore {
         let (sender, commands) = channel(WAITING_MAX);
         let run = run(writer, commands, clock.machine.clone());
         clock.machine.spawn_thread("mission-log", run)?;
-        let shared = Shared {
-            backend: Box::new(backend),
-            lease,
-            clock,
-            damage: Mutex::default(),
-            metrics,
-        };
-        Ok(Self {
-            shared: Arc::new(shared),
-            writer: sender,
-        })
+        let shared = Shared { backend: Box::new(backend), lease, clock, damage: Mutex::default(), metrics };
+        Ok(Self { shared: Arc::new(shared), writer: sender })
     }
 
     /// This service's lease of missions; none if no other service can own them.
@@ -229,9 +217,7 @@ impl EventStore {
         let now = (self.machine().now(), self.shared.metrics.free(free));
         let (then, stored) = before.replace(now)?;
         let seconds = now.0.saturating_duration_since(then).as_secs();
-        let left = free
-            .saturating_mul(seconds)
-            .checked_div(now.1.saturating_sub(stored));
+        let left = free.saturating_mul(seconds).checked_div(now.1.saturating_sub(stored));
         left.map(Duration::from_secs)
     }
 

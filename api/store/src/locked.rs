@@ -22,17 +22,9 @@ impl Locked {
         AND events.sequence = missions.sequence), owner";
 
     pub(super) fn read(row: &dyn Row) -> Result<Self, StoreError> {
-        let head = Head {
-            mission: row.get(0)?,
-            sequence: row.get(1)?,
-            digest: row.get(2)?,
-        };
+        let head = Head { mission: row.get(0)?, sequence: row.get(1)?, digest: row.get(2)? };
         let stored: Option<Vec<u8>> = row.get(3)?;
-        Ok(Self {
-            is_whole: head.digest == stored.unwrap_or_default(),
-            head,
-            owner: row.get(4)?,
-        })
+        Ok(Self { is_whole: head.digest == stored.unwrap_or_default(), head, owner: row.get(4)? })
     }
 
     /// Number of the mission's last event. Fails with the fault if that is not stored.

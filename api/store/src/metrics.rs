@@ -8,9 +8,7 @@ use prometheus_client::{
 };
 
 /// Bounds of commit times, from a quick commit to a client's timeout, s.
-const SECONDS: [f64; 14] = [
-    5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0,
-];
+const SECONDS: [f64; 14] = [5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0];
 
 /// Counters of the mission log. Clones share them.
 #[derive(Clone, Debug)]

@@ -32,10 +32,7 @@ impl OpenFiles {
             let identity = identity(&beside)?;
             files.push((beside, identity));
         }
-        Ok(Self {
-            _database: database,
-            files,
-        })
+        Ok(Self { _database: database, files })
     }
 
     pub(super) fn path(&self) -> &Path {

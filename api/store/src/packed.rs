@@ -36,9 +36,7 @@ pub(super) fn pack(body: &[u8], level: u32) -> Option<Vec<u8>> {
     if !body.starts_with(b"{") || body.len() < LENGTH_MIN {
         return None;
     }
-    let length = u32::try_from(body.len())
-        .ok()
-        .filter(|length| *length <= LENGTH_MAX)?;
+    let length = u32::try_from(body.len()).ok().filter(|length| *length <= LENGTH_MAX)?;
     // The packed body must not be longer.
     let mut packed = Vec::with_capacity(body.len());
     packed.push(MARK);
@@ -75,13 +73,7 @@ mod tests {
 
     #[test]
     fn bodies_are_unpacked_unchanged_and_damage_is_an_error() {
-        for body in [
-            &b""[..],
-            b"{}",
-            b"\x01 no JSON",
-            DICTIONARY,
-            "{\"a\":0}".repeat(99).as_bytes(),
-        ] {
+        for body in [&b""[..], b"{}", b"\x01 no JSON", DICTIONARY, "{\"a\":0}".repeat(99).as_bytes()] {
             for level in [KEPT, OVERWRITTEN] {
                 let stored = pack(body, level).unwrap_or_else(|| body.to_vec());
                 if body.starts_with(b"{") {
@@ -100,9 +92,6 @@ mod tests {
 
     #[test]
     fn the_dictionary_is_the_released_one() {
-        assert_eq!(
-            sha256(DICTIONARY),
-            "6849e4e19262ee468730271ac6a1d094f268ef32dd93e6da12265920d78c99eb"
-        );
+        assert_eq!(sha256(DICTIONARY), "6849e4e19262ee468730271ac6a1d094f268ef32dd93e6da12265920d78c99eb");
     }
 }

@@ -115,9 +115,7 @@ impl EventReader {
     /// The last orders of a mission, at most `most`, newest first.
     pub fn last_orders(&self, mission: &str, most: usize) -> Result<Vec<Order>, StoreError> {
         let newest = "SELECT number FROM orders WHERE mission = ?1 ORDER BY number DESC LIMIT 1 OFFSET ?2";
-        let after = self
-            .0
-            .first(newest, &[&mission, &limit(most)], |row| row.get(0))?;
+        let after = self.0.first(newest, &[&mission, &limit(most)], |row| row.get(0))?;
         let mut orders = self.orders(Some(mission), after.map_or(0, unsigned), most)?;
         orders.reverse();
         Ok(orders)
@@ -140,9 +138,8 @@ impl EventReader {
     /// The answer to an earlier request with the key, and the hash of that request.
     pub fn answered(&self, mission: &str, key: &str) -> Result<Option<PreviousAnswer>, StoreError> {
         let (mission, key) = (self.0.text(mission), self.0.text(key));
-        let found = self.0.first(FIND_ANSWER, &[&mission, &key], |row| {
-            Ok((row.get::<Vec<u8>>(0)?, row.get(1)?))
-        })?;
+        let found =
+            self.0.first(FIND_ANSWER, &[&mission, &key], |row| Ok((row.get::<Vec<u8>>(0)?, row.get(1)?)))?;
         let Some((request, answer)) = found else {
             return Ok(None);
         };
@@ -220,9 +217,7 @@ impl EventReader {
     ) -> Result<Option<StoredEvent>, StoreError> {
         let condition = "kind = ?2 AND sequence <= ?3 ORDER BY sequence DESC LIMIT 1";
         let (last, number) = (select_events("TRUE", condition), signed(mission));
-        let found = self
-            .0
-            .first(&last, &[&number, &kind, &signed(sequence)], Linked::read)?;
+        let found = self.0.first(&last, &[&number, &kind, &signed(sequence)], Linked::read)?;
         let whole = found.map(Linked::whole).transpose();
         whole.map_err(|fault| self.damaged(mission, &fault))
     }
@@ -231,9 +226,7 @@ impl EventReader {
     /// deletion marks the mission first and then removes its events step by step.
     pub fn damaged(&self, mission: u64, what: &str) -> StoreError {
         let mark = "SELECT id FROM missions WHERE number = ?1 AND status <> 'deleted'";
-        let found = self
-            .0
-            .first(mark, &[&signed(mission)], |row| row.get::<String>(0));
+        let found = self.0.first(mark, &[&signed(mission)], |row| row.get::<String>(0));
         match found {
             Ok(Some(id)) => StoreError::Damaged(format!("mission {id}: {what}")),
             Ok(None) => StoreError::Gone,
@@ -299,12 +292,7 @@ impl Linked {
             kind: row.get(2)?,
             body: row.get::<Vec<u8>>(3)?.into(),
         };
-        Ok(Self {
-            event,
-            mission: row.get(0)?,
-            digest: row.get(4)?,
-            before: row.get(5)?,
-        })
+        Ok(Self { event, mission: row.get(0)?, digest: row.get(4)?, before: row.get(5)? })
     }
 
     /// The event, or its fault.
@@ -318,10 +306,6 @@ impl Linked {
         let is_whole = self.digest == expected;
         let body = is_whole.then(|| unpack(body.to_vec()).ok()).flatten();
         let body = body.ok_or_else(|| format!("event {sequence} is not what was stored"))?;
-        Ok(StoredEvent {
-            sequence,
-            kind,
-            body: body.into(),
-        })
+        Ok(StoredEvent { sequence, kind, body: body.into() })
     }
 }

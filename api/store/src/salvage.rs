@@ -196,9 +196,8 @@ fn numbers(from: &Connection, table: &str) -> Vec<i64> {
 /// The id of a mission and the sequence of its last event, or substitutes for unreadable ones.
 fn outline(from: &Connection, number: i64) -> (String, u64) {
     let outline = "SELECT id, sequence FROM missions WHERE number = ?1";
-    let read = from.query_row(outline, [number], |row| {
-        Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs()))
-    });
+    let read =
+        from.query_row(outline, [number], |row| Ok((row.get(0)?, row.get::<_, i64>(1)?.unsigned_abs())));
     read.unwrap_or_else(|_| (format!("number {number}"), 0))
 }
 

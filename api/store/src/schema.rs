@@ -11,17 +11,8 @@ use super::writer::writing;
 const NEWEST: u32 = 9;
 
 /// The migrations from each version to the next.
-const STEPS: [&str; NEWEST as usize] = [
-    FIRST,
-    PROBES,
-    SALTS,
-    ORDERS,
-    SHARES,
-    WITHOUT_DIGESTS,
-    GUARDS,
-    DIGESTS,
-    PACKED,
-];
+const STEPS: [&str; NEWEST as usize] =
+    [FIRST, PROBES, SALTS, ORDERS, SHARES, WITHOUT_DIGESTS, GUARDS, DIGESTS, PACKED];
 
 /// Missions, their events, a checkpoint of each, and answered requests.
 const FIRST: &str = "
@@ -153,9 +144,7 @@ pub(super) fn require_log(connection: &Connection, path: &Path) -> Result<(), St
     let tables = "SELECT count(*), count(*) FILTER (WHERE name IN ('missions', 'events')) FROM sqlite_schema WHERE type = 'table'";
     let (all, own): (u32, u32) = connection.query_row(tables, [], |row| row.try_into())?;
     let is_ours = if found == 0 { all == 0 } else { own == 2 };
-    is_ours
-        .then_some(())
-        .ok_or_else(|| StoreError::open(path, &"it is the database of another program"))
+    is_ours.then_some(()).ok_or_else(|| StoreError::open(path, &"it is the database of another program"))
 }
 
 /// Migrates the tables to the newest version in one transaction: a full disk changes nothing.
@@ -187,8 +176,6 @@ pub(super) fn step(connection: &mut Connection, version: usize) {
     let transaction = connection.transaction().expect("begins");
     transaction.execute_batch(STEPS[version]).expect("is SQL");
     let next = u32::try_from(version + 1).expect("small");
-    transaction
-        .pragma_update(None, "user_version", next)
-        .expect("is written");
+    transaction.pragma_update(None, "user_version", next).expect("is written");
     transaction.commit().expect("is written");
 }

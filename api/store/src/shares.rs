@@ -38,16 +38,11 @@ impl Shares {
         "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
 
     pub(super) fn new(most: u64) -> Self {
-        Self {
-            most,
-            taken: HashMap::new(),
-        }
+        Self { most, taken: HashMap::new() }
     }
 
     pub(super) fn read(&mut self, rows: &dyn Rows) -> Result<(), StoreError> {
-        self.taken = rows.all(Self::SUMS, &[], |row| {
-            Ok((row.get(0)?, row.get::<i64>(1)?.unsigned_abs()))
-        })?;
+        self.taken = rows.all(Self::SUMS, &[], |row| Ok((row.get(0)?, row.get::<i64>(1)?.unsigned_abs())))?;
         Ok(())
     }
 
@@ -80,10 +75,7 @@ impl Shares {
     pub(super) fn bytes_of(append: &Append) -> u64 {
         let events = append.events.iter().map(|event| event.body.len());
         let answer = append.answered.iter().map(|answered| answered.answer.len());
-        let order = append
-            .order
-            .iter()
-            .map(|order| order.caller.len() + order.request.len());
+        let order = append.order.iter().map(|order| order.caller.len() + order.request.len());
         let texts = events.chain(answer).chain(order);
         texts.map(|length| length as u64 + BESIDE_TEXT).sum()
     }

@@ -50,11 +50,7 @@ const UNIT_SEPARATOR: char = '\x1f';
 
 /// The text as PostgreSQL stores it: it allows no NUL.
 pub(super) fn without_nul(text: &str) -> Cow<'_, str> {
-    if text.contains(NUL) {
-        text.replace(NUL, &UNIT_SEPARATOR.to_string()).into()
-    } else {
-        text.into()
-    }
+    if text.contains(NUL) { text.replace(NUL, &UNIT_SEPARATOR.to_string()).into() } else { text.into() }
 }
 
 /// Reverses [`without_nul`].

@@ -11,11 +11,7 @@ use clock::Clock;
 pub(super) const PANICS: &str = "panics";
 
 fn event(sequence: u64, body: &str) -> StoredEvent {
-    StoredEvent {
-        sequence,
-        kind: "reported".to_owned(),
-        body: body.as_bytes().into(),
-    }
+    StoredEvent { sequence, kind: "reported".to_owned(), body: body.as_bytes().into() }
 }
 
 fn append(mission: &str, events: Vec<StoredEvent>) -> Append {
@@ -197,15 +193,8 @@ async fn a_log_of_the_first_schema_is_migrated_with_its_content() {
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((2, b"{}".to_vec())));
     assert_eq!(reader.last_sequence(1), Ok(2));
     assert_eq!(reader.damage(true), Ok(vec![]));
-    let again = KeyedAnswer {
-        key: "k".to_owned(),
-        request: [0; 32],
-        answer: b"again".to_vec(),
-    };
-    let again = Append {
-        answered: Some(again),
-        ..append("a", vec![event(3, "x")])
-    };
+    let again = KeyedAnswer { key: "k".to_owned(), request: [0; 32], answer: b"again".to_vec() };
+    let again = Append { answered: Some(again), ..append("a", vec![event(3, "x")]) };
     let known = store.append(again).await;
     assert_eq!(known, Ok(Appended::AnsweredBefore(b"3".to_vec())));
     add(&store, append("a", vec![event(3, "on")])).await;
@@ -247,11 +236,8 @@ async fn a_file_that_is_no_log_is_refused_and_keeps_its_content_and_mode() {
         text(&elsewhere);
         symlink(&elsewhere, path).expect("is linked");
     };
-    let cases: [(Make<'_>, &str); 3] = [
-        (&text, "not a database"),
-        (&database, "another program"),
-        (&linked, "symbolic link"),
-    ];
+    let cases: [(Make<'_>, &str); 3] =
+        [(&text, "not a database"), (&database, "another program"), (&linked, "symbolic link")];
     for (make, why) in cases {
         make(&log);
         fs::set_permissions(&log, fs::Permissions::from_mode(0o644)).expect("is set");
@@ -275,10 +261,7 @@ async fn an_event_missing_from_an_older_log_is_named_after_its_migration() {
          INSERT INTO snapshots VALUES (1, 1, x'7b7d');",
     );
     let reader = open(directory.path()).reader().expect("opens");
-    assert_eq!(
-        reader.damage(true),
-        Ok(vec!["mission a: event 2 is missing".to_owned()])
-    );
+    assert_eq!(reader.damage(true), Ok(vec!["mission a: event 2 is missing".to_owned()]));
     assert_eq!(reader.snapshot(1).expect("is whole"), Some((1, b"{}".to_vec())));
 }
 
@@ -322,8 +305,7 @@ async fn the_file_shrinks_after_a_mission_is_deleted() {
     let pages = || -> i64 {
         let reader = store.reader().expect("opens");
         let file = reader.0.file().expect("is a file");
-        file.query_row("PRAGMA page_count", [], |row| row.get(0))
-            .expect("reads")
+        file.query_row("PRAGMA page_count", [], |row| row.get(0)).expect("reads")
     };
     let full = pages();
     assert_eq!(delete(&store, "a").await, Ok(true));
@@ -399,17 +381,12 @@ async fn a_vacuum_frees_space_that_an_older_log_keeps() {
     let file = directory.path().join(FILE_NAME);
     // A file whose first table was created without it has no incremental vacuum.
     let older = Connection::open(&file).expect("opens");
-    older
-        .execute_batch("CREATE TABLE first (x); DROP TABLE first")
-        .expect("is SQL");
+    older.execute_batch("CREATE TABLE first (x); DROP TABLE first").expect("is SQL");
     drop(older);
     let size = || fs::metadata(&file).expect("is there").len();
 
     let store = open(directory.path());
-    let big = Append {
-        summary: vec![b' '; 1 << 20],
-        ..append("a", vec![])
-    };
+    let big = Append { summary: vec![b' '; 1 << 20], ..append("a", vec![]) };
     store.append(big).await.expect("is stored");
     assert_eq!(delete(&store, "a").await, Ok(true));
     close(store).await;
@@ -562,12 +539,7 @@ async fn a_lost_cut_or_damaged_list_is_rewritten_from_the_store() {
     let list = &whole[LIST_NAME];
     let mut flipped = list.clone();
     flipped[list.len() - 100] ^= 1;
-    for damaged in [
-        None,
-        Some(vec![]),
-        Some(list[..list.len() - 100].to_vec()),
-        Some(flipped),
-    ] {
+    for damaged in [None, Some(vec![]), Some(list[..list.len() - 100].to_vec()), Some(flipped)] {
         let mut files = whole.clone();
         files.remove(LIST_NAME);
         files.extend(damaged.map(|bytes| (LIST_NAME.to_owned(), bytes)));
@@ -657,10 +629,7 @@ async fn with_a_damaged_page() -> tempfile::TempDir {
     for mission in ["a", "b", "c"] {
         let mark = format!("\"{}\"", mission.repeat(200));
         let events = (1..=300).map(|k| event(k, &mark)).collect();
-        let append = Append {
-            summary: br#"{"sequence":300}"#.to_vec(),
-            ..append(mission, events)
-        };
+        let append = Append { summary: br#"{"sequence":300}"#.to_vec(), ..append(mission, events) };
         add(&store, append).await;
     }
     close(store).await;
@@ -729,10 +698,7 @@ async fn a_clock_set_ahead_makes_no_mission_old_until_a_person_confirms_it() {
     const YEAR: f64 = 365.0 * 86_400.0;
     let directory = directory();
     let store = open(directory.path());
-    let finished = Append {
-        status: "finished".to_owned(),
-        ..append("a", vec![event(1, "1")])
-    };
+    let finished = Append { status: "finished".to_owned(), ..append("a", vec![event(1, "1")]) };
     add(&store, finished).await;
     close(store).await;
     // As if the log was created a year ago by the clock, and a moment ago by the kernel.

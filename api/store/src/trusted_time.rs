@@ -38,10 +38,7 @@ struct Reading {
 
 impl Reading {
     fn now(clock: &Clock) -> Self {
-        Self {
-            clock: clock.unix_s(),
-            up: clock.up().as_secs_f64(),
-        }
+        Self { clock: clock.unix_s(), up: clock.up().as_secs_f64() }
     }
 }
 
@@ -67,11 +64,7 @@ impl TrustedTime {
 
     fn of([trusted, agreed, clock, up]: [f64; 4]) -> Self {
         let seen = Reading { clock, up };
-        Self {
-            trusted,
-            agreed,
-            seen,
-        }
+        Self { trusted, agreed, seen }
     }
 
     pub(super) fn write(&self, to: &dyn Rows, statement: &str) -> Result<(), StoreError> {
@@ -132,10 +125,7 @@ pub struct TrustedClock {
 
 impl TrustedClock {
     pub(super) fn new(time: TrustedTime, machine: &Clock) -> Self {
-        Self {
-            machine: machine.clone(),
-            time: Arc::new(Mutex::new((time, machine.now()))),
-        }
+        Self { machine: machine.clone(), time: Arc::new(Mutex::new((time, machine.now()))) }
     }
 
     /// Trusted time now, Unix time, s.

@@ -230,30 +230,26 @@ impl LogWriter for Writer {
         let appends: Vec<&Append> = batch.iter().map(|(append, _)| append).collect();
         let start = self.clock.machine.now();
         let mut entries = vec![];
-        let committed = self
-            .files
-            .check()
-            .and_then(|()| self.known.check())
-            .and_then(|()| {
-                let unix_s = self.clock.machine.unix_s();
-                let mut batch = Batch {
-                    shares: &self.shares,
-                    known: &self.known,
-                    trusted_s: self.clock.now_s(),
-                    taken: vec![],
-                    heads: vec![],
-                };
-                let appended = batch.commit(&mut self.connection, &appends)?;
-                let Batch { taken, heads, .. } = batch;
-                for taken in taken {
-                    self.shares.take(taken);
-                }
-                for (append, head) in heads {
-                    entries.push(Entry::of(unix_s, head.clone(), &append.mission));
-                    self.known.add(&append.mission, head, append.is_over());
-                }
-                Ok(appended)
-            });
+        let committed = self.files.check().and_then(|()| self.known.check()).and_then(|()| {
+            let unix_s = self.clock.machine.unix_s();
+            let mut batch = Batch {
+                shares: &self.shares,
+                known: &self.known,
+                trusted_s: self.clock.now_s(),
+                taken: vec![],
+                heads: vec![],
+            };
+            let appended = batch.commit(&mut self.connection, &appends)?;
+            let Batch { taken, heads, .. } = batch;
+            for taken in taken {
+                self.shares.take(taken);
+            }
+            for (append, head) in heads {
+                entries.push(Entry::of(unix_s, head.clone(), &append.mission));
+                self.known.add(&append.mission, head, append.is_over());
+            }
+            Ok(appended)
+        });
         let counts = committed.as_ref().ok().map(|done| stored(&appends, done));
         self.metrics.committed(self.clock.machine.since(start), counts);
         let bytes = appends.iter().map(|append| size(append)).sum::<usize>();
@@ -261,10 +257,7 @@ impl LogWriter for Writer {
             Ok(appended) => {
                 let confirmed = self.confirm(entries);
                 let results = appended.into_iter();
-                reply_to_each(
-                    batch,
-                    results.map(|appended| confirmed.clone().map(|()| appended)),
-                );
+                reply_to_each(batch, results.map(|appended| confirmed.clone().map(|()| appended)));
                 self.unmerged += bytes + COMMIT_BYTES;
                 self.merge_much();
             }

@@ -29,11 +29,9 @@ fn each_role_has_its_permissions() {
         assert_eq!(call("DELETE", "/v1/missions/m-1", token), 401);
     }
     // 404 and 415 answer callers that may make the call.
-    for (token, list, run, delete) in [
-        (&reader, 200, 403, 403),
-        (&operator, 200, 404, 403),
-        (&admin, 200, 404, 404),
-    ] {
+    for (token, list, run, delete) in
+        [(&reader, 200, 403, 403), (&operator, 200, 404, 403), (&admin, 200, 404, 404)]
+    {
         let token = Some(token.as_str());
         assert_eq!(call("GET", "/v1/missions", token), list);
         assert_eq!(call("POST", "/v1/missions/m-1/run", token), run);
@@ -152,10 +150,7 @@ fn every_setting_is_a_flag_a_variable_and_a_key_and_shows_its_source() {
         ("port = 9003", "--port"),
         ("deadline_ms = 50", file.as_str()),
         ("insecure = true", "PILOTFISH_INSECURE"),
-        (
-            "allow_host = [\"a.example\", \"b.example\"]",
-            "PILOTFISH_ALLOW_HOST",
-        ),
+        ("allow_host = [\"a.example\", \"b.example\"]", "PILOTFISH_ALLOW_HOST"),
         ("log_format = \"json\"", "--log-format"),
         ("host = \"127.0.0.1\"", "default"),
     ] {
@@ -193,19 +188,14 @@ fn an_error_of_a_setting_names_its_flag_variable_or_key() {
 
 #[test]
 fn flags_of_the_service_may_precede_or_follow_the_subcommand() {
-    for arguments in [
-        &["--deadline-ms", "7", "serve"][..],
-        &["serve", "--deadline-ms", "7"],
-        &["--deadline-ms", "7"],
-    ] {
+    for arguments in
+        [&["--deadline-ms", "7", "serve"][..], &["serve", "--deadline-ms", "7"], &["--deadline-ms", "7"]]
+    {
         assert!(ask(&serving(arguments), "GET", "/livez", "").status == 200);
     }
     let data = tempdir().expect("there is room");
     let data = data.path().to_string_lossy();
-    for command in [
-        format!("--data {data} backup /nowhere"),
-        format!("backup /nowhere --data {data}"),
-    ] {
+    for command in [format!("--data {data} backup /nowhere"), format!("backup /nowhere --data {data}")] {
         has_all(refusal(&line(&command)), &[&data]);
     }
 }

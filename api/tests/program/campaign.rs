@@ -19,10 +19,7 @@ fn a_campaign_that_cannot_be_flown_says_what_to_do() {
     let [nothing, nowhere] = ["nothing", "nowhere.toml"].map(|name| path(&folder, name));
     let shard = "is not a shard: write 1/3 for the first of three";
     for (arguments, says) in [
-        (
-            &["run", &*none][..],
-            "none.toml:7: replicates: 0 is outside 1 to 1000000",
-        ),
+        (&["run", &*none][..], "none.toml:7: replicates: 0 is outside 1 to 1000000"),
         (&["run", &file, "--shard", "4/3"], shard),
         (&["replay", &nothing, "0"], "holds no campaign"),
         (&["run", &nowhere], "cannot read"),
@@ -69,18 +66,13 @@ mod slow {
             printed(&run(&["run", &file, "--out", part, "--shard", &format!("{i}/3")]));
         }
         let merged = path(&folder, "merged");
-        let all: Vec<&str> = ["merge", "--out", &merged]
-            .into_iter()
-            .chain(parts.iter().map(String::as_str))
-            .collect();
+        let all: Vec<&str> =
+            ["merge", "--out", &merged].into_iter().chain(parts.iter().map(String::as_str)).collect();
         printed(&run(&all));
         assert_eq!(printed(&run(&["digest", &merged])), digest);
 
         let again = printed(&run(&["replay", &merged, "0"]));
-        has_all(
-            &again,
-            &["mpc auto in paper-tracking, replicate 0: the same row, to the bit"],
-        );
+        has_all(&again, &["mpc auto in paper-tracking, replicate 0: the same row, to the bit"]);
         assert!(Path::new(&merged).join("replay-0.html").exists());
     }
 }

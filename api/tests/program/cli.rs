@@ -30,10 +30,7 @@ fn the_command_that_the_server_prints_works_when_pasted() {
             command += &line;
         }
     }
-    let output = Command::new("sh")
-        .args(["-c", &command])
-        .output()
-        .expect("there is a shell");
+    let output = Command::new("sh").args(["-c", &command]).output().expect("there is a shell");
     let plan: Value = serde_json::from_slice(&output.stdout).expect("is JSON");
     assert_eq!(plan["outcome"], "ok", "{command}");
 }
@@ -73,10 +70,7 @@ fn a_printed_scenario_can_be_changed_and_run() {
     let flown = fly(&written(&folder, "my.toml", &mine));
     assert!(printed(&flown).starts_with("mine, seed 1"), "{}", stdout(&flown));
 
-    let line = 1 + mine
-        .lines()
-        .position(|line| line.starts_with("lane_length_m"))
-        .expect("there");
+    let line = 1 + mine.lines().position(|line| line.starts_with("lane_length_m")).expect("there");
     let wrong = mine.replace("lane_length_m = 100", "lane_length_m = -100");
     let says =
         format!("my.toml:{line}: auvs[0].path.lawn_mower.lane_length_m: -100 is outside 0.01 to 100000 m");
@@ -104,9 +98,7 @@ fn one_mission_is_written_in_every_format() {
     let mut mission = pilotfish();
     mission.args(["simulate", "paper-tracking", "--controller", "saturated_los"]);
     for format in Format::ALL {
-        mission
-            .arg("--out")
-            .arg(directory.join(format!("record.{format}")));
+        mission.arg("--out").arg(directory.join(format!("record.{format}")));
     }
     let output = mission.output().expect("starts");
     printed(&output);
@@ -127,25 +119,18 @@ fn one_mission_is_written_in_every_format() {
 #[test]
 fn every_shell_gets_completions_and_every_command_a_manual_page() {
     let help = run(&["--help"]);
-    let (_, commands) = stdout(&help)
-        .split_once("Commands:\n")
-        .expect("lists its commands");
+    let (_, commands) = stdout(&help).split_once("Commands:\n").expect("lists its commands");
     let commands: Vec<&str> = commands
         .lines()
         .take_while(|line| line.starts_with("  "))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|command| *command != "help")
         .collect();
-    assert!(
-        commands.contains(&"serve") && commands.contains(&"man"),
-        "{commands:?}"
-    );
+    assert!(commands.contains(&"serve") && commands.contains(&"man"), "{commands:?}");
 
     for shell in ["bash", "fish", "zsh"] {
         let output = run(&["completions", shell]);
-        let missing = commands
-            .iter()
-            .find(|command| !stdout(&output).contains(*command));
+        let missing = commands.iter().find(|command| !stdout(&output).contains(*command));
         assert_eq!(missing, None, "{shell}");
     }
     let pages = tempfile::tempdir().expect("there is room");
@@ -175,9 +160,7 @@ fn the_program_has_the_version_of_the_newest_changes() {
 fn other_machines_are_let_in_only_with_insecure() {
     for (value, lets_in) in [("yes", true), ("0", false)] {
         let mut program = pilotfish();
-        program
-            .env("PILOTFISH_INSECURE", value)
-            .env("PILOTFISH_HOST", "0.0.0.0");
+        program.env("PILOTFISH_INSECURE", value).env("PILOTFISH_HOST", "0.0.0.0");
         if lets_in {
             let server = Server::start(program);
             assert!(server.address.starts_with("127.0.0.1:"), "{}", server.address);
@@ -230,9 +213,7 @@ fn a_wrong_command_line_is_refused_with_the_reason() {
     ";
     let table = table.replace("LAW", "simulate calm --controller saturated_los");
     for row in table.replace("SCENARIOS", &scenarios).trim().lines() {
-        let [code, command, says] = row.trim().split(" | ").collect::<Vec<_>>()[..] else {
-            panic!("{row}")
-        };
+        let [code, command, says] = row.trim().split(" | ").collect::<Vec<_>>()[..] else { panic!("{row}") };
         let output = line(command);
         assert_eq!(output.status.code(), code.parse().ok(), "{command}");
         has_all(refusal(&output), &[says]);
@@ -242,20 +223,13 @@ fn a_wrong_command_line_is_refused_with_the_reason() {
 
 #[test]
 fn a_number_of_a_scenario_is_set() {
-    let flown = |set: &str| {
-        line(&format!(
-            "simulate calm --duration-s 5 --untimed --out /dev/stdout{set}"
-        ))
-    };
+    let flown = |set: &str| line(&format!("simulate calm --duration-s 5 --untimed --out /dev/stdout{set}"));
     let levers = "position_weight_per_m2=0.1 --set surface_craft.tuning.acceleration_weight_per_m2ps4=9000";
     let (tuned, plain) = (flown(&format!(" --set surface_craft.tuning.{levers}")), flown(""));
     let (tuned, plain) = (stdout(&tuned), stdout(&plain));
     assert!(tuned.contains(',') && tuned != plain, "{tuned}");
     for (set, says) in [
-        (
-            "surface_craft.tuning.position_weight_per_m2=11",
-            "must be from 0.01 to 10",
-        ),
+        ("surface_craft.tuning.position_weight_per_m2=11", "must be from 0.01 to 10"),
         ("surface_craft.tuning.scp_iterations=1.5", "expected u32"),
         ("surface_craft.sped=1", "no number with this key"),
         ("seed", "give a key"),
@@ -289,11 +263,7 @@ fn a_tuned_law_has_the_gains_of_the_comparison() {
     let law = &compared["controllers"]["saturated_los"];
     let output = line("simulate calm --duration-s 20 --controller saturated_los --tuned");
     let text = stdout(&output);
-    let line = |name: &str| {
-        text.lines()
-            .find(|line| line.starts_with(name))
-            .expect("is there")
-    };
+    let line = |name: &str| text.lines().find(|line| line.starts_with(name)).expect("is there");
     let rms = format!("{:.3}", law["rms_m"].as_f64().expect("a number"));
     assert!(line("rms_m").ends_with(&rms), "{rms} in {text}");
     let look_ahead = law["gains"]["look_ahead_m"].as_f64().expect("a number");
@@ -314,12 +284,7 @@ fn a_report_loads_no_other_file() {
         assert!(!page.contains(loads), "{loads} in {page}");
     }
     assert!(page.contains("default-src 'none'"));
-    let shown = [
-        "paper-path-following",
-        "seed 1",
-        "auv-1.cross_track_max_m",
-        "depth_m",
-    ];
+    let shown = ["paper-path-following", "seed 1", "auv-1.cross_track_max_m", "depth_m"];
     has_all(&page, &shown);
 }
 
@@ -341,10 +306,7 @@ fn plan_of(body: &str, arguments: &[&str]) -> Output {
 
 fn example_body(name: &str) -> &'static str {
     let mut examples = service::examples::EXAMPLES.into_iter();
-    examples
-        .find(|example| example.name == name)
-        .expect("exists")
-        .body
+    examples.find(|example| example.name == name).expect("exists").body
 }
 
 /// An answer without the member that differs between equal requests.
@@ -362,11 +324,9 @@ fn a_plan_without_a_server_equals_the_server_s_answer() {
         let body_text = example_body(name);
         let served = untimed(&ask(&server, "POST", "/v1/plan", body_text).text);
         let path = written(&folder, "snapshot.json", body_text);
-        for output in [
-            plan_of(body_text, &[]),
-            plan_of(body_text, &["-", "--compact"]),
-            run(&["plan", &path]),
-        ] {
+        for output in
+            [plan_of(body_text, &[]), plan_of(body_text, &["-", "--compact"]), run(&["plan", &path])]
+        {
             assert_eq!(untimed(&printed(&output)), served);
         }
     }
@@ -411,9 +371,7 @@ fn a_dumped_program_is_that_of_the_answer() {
 
     // Its columns give the speed of the second point of the trajectory, 1 s from now.
     let unit = dump["v1"]["unit_mps"].as_f64().expect("a number");
-    let speed = places(&dump["v1"]["columns"])
-        .into_iter()
-        .map(|column| x[column] * unit);
+    let speed = places(&dump["v1"]["columns"]).into_iter().map(|column| x[column] * unit);
     let speed = speed.fold(0.0, f64::hypot);
     let planned = answer["trajectory"][1]["speed_mps"].as_f64().expect("a number");
     assert!((speed - planned).abs() < 1e-9, "{planned}");
@@ -433,9 +391,7 @@ fn written_snapshots_lead_to_the_same_plans() {
     let [asked, record] = ["asked.ndjson", "record.csv"].map(|name| path(&folder, name));
     let mission = |every: u32| {
         let files = format!("--out {record} --snapshots {asked} --every {every}");
-        printed(&line(&format!(
-            "simulate crowded --duration-s 10 --untimed {files}"
-        )));
+        printed(&line(&format!("simulate crowded --duration-s 10 --untimed {files}")));
         fs::read_to_string(&asked).expect("written")
     };
     let asked = mission(1);
@@ -443,9 +399,7 @@ fn written_snapshots_lead_to_the_same_plans() {
     let mut table = csv::Reader::from_path(&record).expect("written");
     let rows = table.deserialize().map(|row| row.expect("is a row"));
     let plans = rows.filter(|row: &BTreeMap<String, String>| row["kind"] == "planned");
-    let flown: Vec<f64> = plans
-        .map(|row| row["reference_speed_mps"].parse().expect("a number"))
-        .collect();
+    let flown: Vec<f64> = plans.map(|row| row["reference_speed_mps"].parse().expect("a number")).collect();
     let planned = asked.lines().map(|line| {
         let answer = json(&printed(&plan_of(line, &["--compact"])));
         answer["reference"]["speed_mps"].as_f64().expect("a number")
@@ -497,9 +451,7 @@ mod slow {
 
     #[test]
     fn a_comparison_has_all_metrics_of_all_controllers_and_their_information() {
-        let comparison = json(&printed(&line(
-            "compare paper-intermittent --format json --seed 2",
-        )));
+        let comparison = json(&printed(&line("compare paper-intermittent --format json --seed 2")));
         assert_eq!(comparison["scenario"], "paper-intermittent");
         assert_eq!(comparison["seed"], 2);
         let controllers = &comparison["controllers"];
@@ -524,10 +476,7 @@ mod slow {
                 if is_a_method { 1_920 } else { 0 },
                 "one answer a second, and none by a law that is only compared with"
             );
-            assert_eq!(
-                scores["gains"].get("integral_gain_mps").is_some(),
-                controller == "integral_los"
-            );
+            assert_eq!(scores["gains"].get("integral_gain_mps").is_some(), controller == "integral_los");
         }
         let gains = &controllers["saturated_los"]["gains"];
         assert!(gains["look_ahead_m"].is_number() && gains["along_track_gain_per_s"].is_number());

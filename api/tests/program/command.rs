@@ -158,9 +158,7 @@ pub(crate) fn ask_as(server: &Server, token: Option<&str>, method: &str, path: &
 /// A number of `/metrics`.
 pub(crate) fn metric(server: &Server, name: &str) -> f64 {
     let metrics = ask(server, "GET", "/metrics", "").text;
-    let sample = metrics
-        .lines()
-        .find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
+    let sample = metrics.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix(' '));
     sample.expect("is counted").parse().expect("is a number")
 }
 
@@ -175,10 +173,7 @@ pub(crate) fn has(program: &str) -> bool {
     let found = env::split_paths(&paths).any(|folder| folder.join(program).is_file());
     if !found {
         // Not by `eprintln!`, whose output of passing tests is hidden.
-        let _ = writeln!(
-            io::stderr(),
-            "SKIPPED: {program} is not installed (apt-get install {program})"
-        );
+        let _ = writeln!(io::stderr(), "SKIPPED: {program} is not installed (apt-get install {program})");
     }
     found
 }

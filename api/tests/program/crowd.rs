@@ -1,9 +1,6 @@
 //! Clients that take places, memory or the log: the program must still serve the others.
 
-#![expect(
-    clippy::disallowed_methods,
-    reason = "a client that reads while the test writes"
-)]
+#![expect(clippy::disallowed_methods, reason = "a client that reads while the test writes")]
 
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
@@ -109,9 +106,7 @@ fn the_service_notifies_systemd_that_it_listens_and_that_its_planners_work() {
     let notes = UnixDatagram::bind(&path).expect("is free");
     notes.set_read_timeout(Some(PATIENCE)).expect("is a socket");
     let mut watched = pilotfish();
-    watched
-        .env("NOTIFY_SOCKET", &path)
-        .env("WATCHDOG_USEC", "20000000");
+    watched.env("NOTIFY_SOCKET", &path).env("WATCHDOG_USEC", "20000000");
     watched.env_remove("WATCHDOG_PID");
     let _server = Server::start(watched);
     // In either order: the planners start before the socket does.

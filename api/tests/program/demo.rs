@@ -22,12 +22,7 @@ fn demo(command: &mut Command) -> (Server, String) {
     let page = page.trim().to_owned();
     let (_, rest) = page.split_once("://").expect("is an address");
     let (address, _) = rest.split_once('/').expect("has a path");
-    let server = Server {
-        process,
-        address: address.to_owned(),
-        printed: Some(printed),
-        data: None,
-    };
+    let server = Server { process, address: address.to_owned(), printed: Some(printed), data: None };
     (server, page)
 }
 
@@ -52,16 +47,10 @@ fn a_demo_runs_a_mission_and_leaves_nothing() {
     let temporary = tempfile::tempdir().expect("there is room");
     let files = || fs::read_dir(&temporary).expect("is there").count();
     let mut program = pilotfish();
-    program
-        .args(["demo", "--no-browser"])
-        .env("TMPDIR", temporary.path());
+    program.args(["demo", "--no-browser"]).env("TMPDIR", temporary.path());
     let (server, page) = demo(&mut program);
     let mission = mission(&server, &page);
-    for (member, value) in [
-        ("status", "running"),
-        ("kind", "simulated"),
-        ("title", "switching, seed 1"),
-    ] {
+    for (member, value) in [("status", "running"), ("kind", "simulated"), ("title", "switching, seed 1")] {
         assert_eq!(mission[member], value);
     }
     has_all(&ask(&server, "GET", "/", "").text, &["<title>"]);

@@ -14,9 +14,7 @@ fn the_steps_of_backup_and_restore_keep_the_tokens() {
         return;
     }
     let page = fs::read_to_string(root().join("docs/deployment.md")).expect("the page is there");
-    let section = page
-        .split("\n## ")
-        .find(|section| section.starts_with("Backup and restore"));
+    let section = page.split("\n## ").find(|section| section.starts_with("Backup and restore"));
     let steps = blocks(section.expect("the page has it"));
     let [backup, restore] = &steps[..] else {
         panic!("one block for each");
@@ -48,10 +46,7 @@ fn the_steps_of_backup_and_restore_keep_the_tokens() {
     let mission =
         r#"{"schema_version":"1.0","live":{"auvs":[{"id":"a"}],"goal":{"kind":"track","auv":"a"}}}"#;
     let created = ask_as(&server, admin, "POST", "/v1/missions", mission);
-    let mission = format!(
-        "/v1/missions/{}",
-        created.json()["id"].as_str().expect("has a name")
-    );
+    let mission = format!("/v1/missions/{}", created.json()["id"].as_str().expect("has a name"));
     sh(&backup.text);
     assert_eq!(ask_as(&server, admin, "DELETE", &mission, "").status, 204);
     signal(&server.process, Signal::TERM);

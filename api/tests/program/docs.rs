@@ -78,11 +78,7 @@ fn links_and_their_anchors_exist() {
         let fault = |link: &str| {
             let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
             let here = root().join(&page.name);
-            let target = if file.is_empty() {
-                here
-            } else {
-                here.with_file_name(file)
-            };
+            let target = if file.is_empty() { here } else { here.with_file_name(file) };
             if link.contains("://") {
                 None
             } else if !target.exists() {
@@ -150,11 +146,7 @@ const OF_OTHERS: [&str; 3] = ["rmw_fastrtps_cpp", "sim_vehicle", "transient_loca
 /// A route whose parameters are all called the same.
 fn without_names(route: &str) -> String {
     let part = |part: &str| {
-        if part.starts_with('{') {
-            "{}".to_owned()
-        } else {
-            part.to_owned()
-        }
+        if part.starts_with('{') { "{}".to_owned() } else { part.to_owned() }
     };
     route.split('/').map(part).collect::<Vec<_>>().join("/")
 }
@@ -163,10 +155,7 @@ fn without_names(route: &str) -> String {
 fn words_of_the_code(files: &BTreeSet<String>) -> BTreeSet<String> {
     let is_code = |file: &&String| {
         let kind = file.rsplit('.').next().unwrap_or_default();
-        matches!(
-            kind,
-            "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service"
-        )
+        matches!(kind, "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service")
     };
     let mut words = BTreeSet::new();
     for file in files.iter().filter(is_code) {
@@ -212,8 +201,7 @@ fn command_lines_have_subcommands_and_flags_that_exist() {
         let errors = written(&folder, "errors", "");
         let mut bash = Command::new("bash");
         bash.args(["-c", &script]).current_dir(&folder);
-        bash.env("PROGRAM", env!("CARGO_BIN_EXE_pilotfish"))
-            .env("FOUND", &errors);
+        bash.env("PROGRAM", env!("CARGO_BIN_EXE_pilotfish")).env("FOUND", &errors);
         bash.output().expect("bash starts");
         let text = fs::read_to_string(&errors).expect("can be read");
         let real = text.lines().filter(|line| !is_placeholder(line));
@@ -273,10 +261,9 @@ fn of_language(language: &str, fault: impl Fn(&str) -> Option<String>) {
 /// The names of all members.
 fn names(value: &Value) -> Vec<String> {
     match value {
-        Value::Object(members) => members
-            .iter()
-            .flat_map(|(name, value)| [vec![name.clone()], names(value)].concat())
-            .collect(),
+        Value::Object(members) => {
+            members.iter().flat_map(|(name, value)| [vec![name.clone()], names(value)].concat()).collect()
+        }
         Value::Array(values) => values.iter().flat_map(names).collect(),
         _ => vec![],
     }
@@ -332,10 +319,7 @@ fn campaign(text: &str) -> Result<(), String> {
 fn scenario(text: &str) -> Result<(), String> {
     let whole = with_the_rest(text);
     let mut header = String::new();
-    for line in text
-        .lines()
-        .filter(|line| !line.is_empty() && !line.starts_with('#'))
-    {
+    for line in text.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         if line.starts_with('[') {
             header = format!("{line}\n");
         } else if let (Err(_), Err(error)) = (&whole, with_the_rest(&format!("{header}{line}"))) {
@@ -349,11 +333,7 @@ fn scenario(text: &str) -> Result<(), String> {
 fn with_the_rest(text: &str) -> Result<(), String> {
     // An AUV that repeats a track is the only one of its scenario.
     let [file, track] = TRACK;
-    let base = if text.contains(file) {
-        "cross-current"
-    } else {
-        "paper-intermittent"
-    };
+    let base = if text.contains(file) { "cross-current" } else { "paper-intermittent" };
     let base = Scenario::text(base).expect("is built in");
     let mut scenario: Table = base.parse().expect("is TOML");
     // An offset along a path needs it.
@@ -364,11 +344,7 @@ fn with_the_rest(text: &str) -> Result<(), String> {
     for (name, value) in part {
         match (scenario.entry(name), value) {
             (Entry::Occupied(known), toml::Value::Table(part)) if known.get().is_table() => {
-                known
-                    .into_mut()
-                    .as_table_mut()
-                    .expect("was just asked")
-                    .extend(part);
+                known.into_mut().as_table_mut().expect("was just asked").extend(part);
             }
             (Entry::Occupied(mut known), value) => drop(known.insert(value)),
             (Entry::Vacant(none), value) => drop(none.insert(value)),

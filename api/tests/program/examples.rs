@@ -18,23 +18,11 @@ fn post(server: &Server, snapshot: &str) -> Result<String, String> {
 fn every_snapshot_is_answered_with_what_to_steer() {
     let server = serving(&[]);
     for example in service::examples::EXAMPLES {
-        let file = format!(
-            "{}/../examples/snapshots/{}.json",
-            env!("CARGO_MANIFEST_DIR"),
-            example.name
-        );
+        let file = format!("{}/../examples/snapshots/{}.json", env!("CARGO_MANIFEST_DIR"), example.name);
         let answer = post(&server, &file).expect("the server plans its own examples");
-        let numbers: Vec<f64> = answer
-            .split([' ', '°'])
-            .filter_map(|word| word.parse().ok())
-            .collect();
-        let [speed, heading] = numbers[..] else {
-            panic!("{answer}")
-        };
-        assert!(
-            (0.0..=1.5).contains(&speed) && (0.0..360.0).contains(&heading),
-            "{answer}"
-        );
+        let numbers: Vec<f64> = answer.split([' ', '°']).filter_map(|word| word.parse().ok()).collect();
+        let [speed, heading] = numbers[..] else { panic!("{answer}") };
+        assert!((0.0..=1.5).contains(&speed) && (0.0..360.0).contains(&heading), "{answer}");
     }
 }
 

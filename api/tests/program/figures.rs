@@ -63,12 +63,7 @@ fn blocks<'a>(page: &'a Page, answers: &mut Answers, is_wanted: fn(bool) -> bool
                 given.push(kept.unwrap_or_else(|| filled(template, answers.get(command))));
             }
         }
-        Block {
-            written,
-            head,
-            rows,
-            given,
-        }
+        Block { written, head, rows, given }
     };
     page.text.split(BEGIN).skip(1).map(&mut block).collect()
 }
@@ -80,10 +75,7 @@ fn faults(page: &Page, answers: &mut Answers, is_wanted: fn(bool) -> bool) -> Ve
         let (shown, now) = (rows.join("\n"), given.join("\n"));
         format!("{shown}\nis now\n{now}\n(just figures-in-docs)")
     };
-    blocks
-        .filter(|block| block.rows != block.given)
-        .map(fault)
-        .collect()
+    blocks.filter(|block| block.rows != block.given).map(fault).collect()
 }
 
 /// The page with the rows of its blocks written anew.
@@ -91,12 +83,10 @@ fn rewritten(page: &Page, answers: &mut Answers) -> String {
     let day = Command::new("date").args(["-u", "+%F"]).output();
     let day = printed(&day.expect("there is a clock"));
     let stamp = format!("*Version {}, {}.*", env!("CARGO_PKG_VERSION"), day.trim());
-    blocks(page, answers, |_| true)
-        .into_iter()
-        .fold(page.text.clone(), |text, block| {
-            let (head, rows) = (block.head.join("\n"), block.given.join("\n"));
-            text.replace(block.written, &format!("{head}\n{rows}\n\n{stamp}\n"))
-        })
+    blocks(page, answers, |_| true).into_iter().fold(page.text.clone(), |text, block| {
+        let (head, rows) = (block.head.join("\n"), block.given.join("\n"));
+        text.replace(block.written, &format!("{head}\n{rows}\n\n{stamp}\n"))
+    })
 }
 
 /// The output of a command, once for all blocks.
@@ -119,9 +109,8 @@ fn filled(template: &str, answer: &Value) -> String {
     let best = best.map_or("", |(name, _)| name.as_str());
     let mut text = String::new();
     let mut rest = template;
-    while let Some((before, (name, after))) = rest
-        .split_once('{')
-        .and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
+    while let Some((before, (name, after))) =
+        rest.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
     {
         text += before;
         rest = after;
@@ -139,15 +128,8 @@ fn filled(template: &str, answer: &Value) -> String {
 }
 
 fn figure(value: f64) -> String {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "the logarithm of a double is below 400"
-    )]
-    let before_the_point = if value == 0.0 {
-        DIGITS
-    } else {
-        value.abs().log10().floor() as i32 + 1
-    };
+    #[expect(clippy::cast_possible_truncation, reason = "the logarithm of a double is below 400")]
+    let before_the_point = if value == 0.0 { DIGITS } else { value.abs().log10().floor() as i32 + 1 };
     let decimals = usize::try_from(DIGITS - before_the_point).unwrap_or(0);
     format!("{value:.decimals$}")
 }

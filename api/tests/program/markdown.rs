@@ -11,15 +11,9 @@ pub(crate) struct Block {
 pub(crate) fn blocks(markdown: &str) -> Vec<Block> {
     let mut blocks = vec![];
     let mut lines = markdown.lines();
-    while let Some(opening) = lines
-        .by_ref()
-        .find_map(|line| line.trim_start().strip_prefix("```"))
-    {
+    while let Some(opening) = lines.by_ref().find_map(|line| line.trim_start().strip_prefix("```")) {
         let content: Vec<&str> = lines.by_ref().take_while(|line| line.trim() != "```").collect();
-        blocks.push(Block {
-            language: opening.to_owned(),
-            text: content.join("\n"),
-        });
+        blocks.push(Block { language: opening.to_owned(), text: content.join("\n") });
     }
     blocks
 }
@@ -47,11 +41,7 @@ pub(crate) fn spans(markdown: &str) -> Vec<String> {
 /// The anchors of a page: of its titles, and its own.
 pub(crate) fn titles(markdown: &str) -> BTreeSet<String> {
     let text = without_blocks(markdown);
-    let named = text
-        .split("id=\"")
-        .skip(1)
-        .filter_map(|rest| rest.split('"').next())
-        .map(str::to_owned);
+    let named = text.split("id=\"").skip(1).filter_map(|rest| rest.split('"').next()).map(str::to_owned);
     let of_titles = text.lines().filter(|line| line.starts_with('#')).map(|line| {
         let kept = |c: &char| c.is_alphanumeric() || *c == ' ' || *c == '-' || *c == '_';
         let title = line.trim_start_matches('#').trim().to_lowercase();

@@ -21,9 +21,7 @@ fn a_misspelt_scenario_is_answered_with_the_nearest_name() {
 fn shells_complete_scenario_names_and_files_are_still_taken() {
     let script = printed(&line("completions bash"));
     let mut lines = script.lines();
-    lines
-        .find(|line| line.trim() == "pilotfish__subcmd__simulate)")
-        .expect("has simulate");
+    lines.find(|line| line.trim() == "pilotfish__subcmd__simulate)").expect("has simulate");
     has_all(lines.next().expect("are on a line"), &[" noisy-fixes "]);
     // No help names all of them.
     assert!(!stdout(&line("simulate --help")).contains("noisy-fixes"));

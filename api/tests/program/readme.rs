@@ -34,8 +34,7 @@ fn calls_the_server(block: &Block) -> bool {
 fn run(command: &str, server: &Server) -> String {
     let command = command.replace(README_ADDRESS, &server.address);
     let mut bash = Command::new("bash");
-    bash.args(["-euo", "pipefail", "-c", &command])
-        .current_dir(root());
+    bash.args(["-euo", "pipefail", "-c", &command]).current_dir(root());
     printed(&bash.output().expect("there is a bash"))
 }
 
@@ -43,11 +42,7 @@ fn run(command: &str, server: &Server) -> String {
 fn differences(shown: &Value, answer: &Value, pointer: &str) -> Vec<String> {
     let one = |what: String| vec![format!("{pointer}: {what}")];
     let within = |value: &Value, answer: Option<&Value>, step: &str| {
-        differences(
-            value,
-            answer.unwrap_or(&Value::Null),
-            &format!("{pointer}/{step}"),
-        )
+        differences(value, answer.unwrap_or(&Value::Null), &format!("{pointer}/{step}"))
     };
     match (shown, answer) {
         (Value::Object(shown), Value::Object(answer)) => shown
@@ -103,14 +98,9 @@ fn the_commands_that_reach_the_server_print_what_the_readme_shows() {
 fn the_two_commands_to_begin_with_stand_alone_on_a_line() {
     let blocks = blocks(&readme());
     for command in ["cargo run --release", "cargo test --workspace"] {
-        let mut lines = blocks
-            .iter()
-            .filter(|block| block.language == "bash")
-            .flat_map(|block| block.text.lines());
-        assert!(
-            lines.any(|line| line.split('#').next().map(str::trim) == Some(command)),
-            "{command}"
-        );
+        let mut lines =
+            blocks.iter().filter(|block| block.language == "bash").flat_map(|block| block.text.lines());
+        assert!(lines.any(|line| line.split('#').next().map(str::trim) == Some(command)), "{command}");
     }
 }
 

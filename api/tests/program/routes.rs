@@ -39,10 +39,7 @@ fn an_auv_with_a_route_file_has_its_path() {
     let folder = tempfile::tempdir().expect("there is room");
     let write = |name: &str, text: &str| written(&folder, name, text);
     let points = json!([[0.0, 0.0], [200.0, 0.0], [200.0, 30.0], [0.0, 30.0]]);
-    let route = write(
-        "r.csv",
-        "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1\n0,30,1.2\n",
-    );
+    let route = write("r.csv", "north_m,east_m,speed_mps\n0,0,1.5\n200,0,1.5\n200,30,1\n0,30,1.2\n");
     // Near the end of its first leg, so that the slower second one is within the horizon.
     let state =
         json!({ "north_m": 170.0, "east_m": 0.0, "depth_m": 5.0, "course_rad": 0.0, "speed_mps": 1.5 });
@@ -67,10 +64,7 @@ fn an_auv_with_a_route_file_has_its_path() {
     has_all(refusal(&unknown), &["no AUV has this id"]);
 
     // A simulated AUV starts where its route does.
-    let (record, lanes) = (
-        write("r.csv", ""),
-        write("n.csv", "north_m,east_m\n500,700\n500,900\n530,900\n"),
-    );
+    let (record, lanes) = (write("r.csv", ""), write("n.csv", "north_m,east_m\n500,700\n500,900\n530,900\n"));
     let mission = "simulate calm --duration-s 2 --route";
     printed(&line(&format!("{mission} auv-1={lanes} --out {record}")));
     let record = fs::read_to_string(record).expect("is written");

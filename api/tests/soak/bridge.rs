@@ -106,9 +106,7 @@ impl Craft for StandIn {
     /// Sails until now, and reports that.
     fn hear(&mut self, position: &Vector2<f64>, velocity: &Vector2<f64>) {
         if let Ok((stream, _)) = self.listener.accept() {
-            stream
-                .set_read_timeout(Some(Duration::from_millis(1)))
-                .expect("a time-out");
+            stream.set_read_timeout(Some(Duration::from_millis(1))).expect("a time-out");
             let reader = MavlinkReader::new(stream.try_clone().expect("a second handle"));
             self.client = Some((stream, reader));
         }
@@ -158,10 +156,7 @@ fn bridge(endpoint: &str, address: &str, flags: &[&str]) -> Bridge {
     let craft = format!("bridge mavlink --connect {endpoint} --auv 101=auv-1 --sigma 0.1");
     let service = format!("--url http://{address} --name rehearsal");
     let mut program = pilotfish();
-    program
-        .args(craft.split(' '))
-        .args(service.split(' '))
-        .args(flags);
+    program.args(craft.split(' ')).args(service.split(' ')).args(flags);
     program.env("PILOTFISH_LOG", "warn").stdout(Stdio::null());
     Bridge(program.spawn().expect("the program starts"))
 }
@@ -211,9 +206,7 @@ fn missions(server: &Server) -> Vec<String> {
 /// The bridge's notes in the mission's log.
 fn notes(server: &Server, mission: &str) -> Vec<String> {
     let events = record_at(&format!("{}/v1/missions/{mission}", server.url()));
-    let notes = events
-        .iter()
-        .filter_map(|event| event["heard"]["notes"].as_array());
+    let notes = events.iter().filter_map(|event| event["heard"]["notes"].as_array());
     let text = |note: &Value| note["text"].as_str().expect("a text").to_owned();
     notes.flatten().map(text).collect()
 }
@@ -241,11 +234,7 @@ fn follow_through_a_take_over_and_a_kill(craft: &mut dyn Craft, server: &Server)
 
     says_in_the_log(
         server,
-        &[
-            "the guided mode is ordered",
-            "references are sent",
-            "a person or a failsafe has the craft",
-        ],
+        &["the guided mode is ordered", "references are sent", "a person or a failsafe has the craft"],
     );
     (second, start)
 }
@@ -274,11 +263,7 @@ fn a_boat_follows_its_auv_through_a_take_over_and_kills_of_bridge_and_service() 
     comes_near(&mut boat, start, "it does not follow when the service is back");
     says_in_the_log(
         &server,
-        &[
-            "the service does not answer",
-            "the service answers again",
-            "the plan is too old",
-        ],
+        &["the service does not answer", "the service answers again", "the plan is too old"],
     );
     // One for the mode, one to arm, and none after them.
     assert_eq!(boat.boat.orders, 2);
@@ -328,9 +313,7 @@ impl ArduPilot {
         };
         let orders = connected(ARDUPILOT_PORT + 2);
         let watch = orders.try_clone().expect("a second handle");
-        watch
-            .set_read_timeout(Some(Duration::from_millis(5)))
-            .expect("a time-out");
+        watch.set_read_timeout(Some(Duration::from_millis(5))).expect("a time-out");
         let mut craft = Self {
             process,
             _folder: folder,
@@ -357,9 +340,7 @@ impl ArduPilot {
     }
 
     fn order(&mut self, message: &MavMessage) {
-        self.orders
-            .write_all(&frame(255, message))
-            .expect("the simulator lives");
+        self.orders.write_all(&frame(255, message)).expect("the simulator lives");
     }
 
     fn command(&mut self, command: MavCmd, [param1, param2]: [f32; 2]) {

@@ -16,9 +16,7 @@ use crate::until;
 
 #[test]
 fn a_server_runs_without_a_reader_of_its_output() {
-    let free = TcpListener::bind("127.0.0.1:0")
-        .and_then(|listener| listener.local_addr())
-        .expect("is free");
+    let free = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr()).expect("is free");
     let data = tempfile::tempdir().expect("there is room");
     let mut process = pilotfish()
         .args(["--port", &free.port().to_string()])
@@ -27,12 +25,7 @@ fn a_server_runs_without_a_reader_of_its_output() {
         .spawn()
         .expect("starts");
     drop(process.stdout.take());
-    let server = Server {
-        process,
-        printed: None,
-        address: free.to_string(),
-        data: Some(data),
-    };
+    let server = Server { process, printed: None, address: free.to_string(), data: Some(data) };
     until("it listens", || TcpStream::connect(&server.address).is_ok());
     assert_eq!(ask(&server, "GET", "/livez", "").text, r#"{"status":"live"}"#);
 }
@@ -106,12 +99,8 @@ fn a_demo_sends_the_browser_to_its_page() {
         .env("PATH", format!("{}:{paths}", folder.path().display()))
         .stdout(Stdio::null())
         .spawn();
-    let _ended_at_last = Server {
-        process: demo.expect("starts"),
-        printed: None,
-        address: String::new(),
-        data: None,
-    };
+    let _ended_at_last =
+        Server { process: demo.expect("starts"), printed: None, address: String::new(), data: None };
     until("the browser is sent to the page", || {
         fs::read_to_string(&opened).is_ok_and(|page| page.contains("/#/mission/"))
     });

@@ -12,29 +12,21 @@ use crate::{PATIENCE, until};
 #[test]
 fn a_connection_that_takes_no_answer_is_closed() {
     let server = serving(&[]);
-    let mut unread: Vec<_> = (0..4)
-        .map(|_| TcpStream::connect(&server.address).expect("listens"))
-        .collect();
+    let mut unread: Vec<_> = (0..4).map(|_| TcpStream::connect(&server.address).expect("listens")).collect();
     for socket in &mut unread {
         let request = "GET /openapi.json HTTP/1.1\r\nhost: localhost\r\n\r\n".repeat(30);
         socket.write_all(request.as_bytes()).expect("takes a request");
     }
     until("all are open", || metric(&server, "pilotfish_connections") >= 5.0);
-    until("one stays open", || {
-        metric(&server, "pilotfish_connections") == 1.0
-    });
+    until("one stays open", || metric(&server, "pilotfish_connections") == 1.0);
 }
 
 #[test]
 fn a_header_that_does_not_end_is_cut_off() {
     let server = serving(&[]);
     let mut socket = TcpStream::connect(&server.address).expect("listens");
-    socket
-        .write_all(b"GET /livez HTTP/1.1\r\nhost:")
-        .expect("takes it");
-    socket
-        .set_read_timeout(Some(Duration::from_secs(20)))
-        .expect("is a socket");
+    socket.write_all(b"GET /livez HTTP/1.1\r\nhost:").expect("takes it");
+    socket.set_read_timeout(Some(Duration::from_secs(20))).expect("is a socket");
     let mut answer = String::new();
     socket.read_to_string(&mut answer).expect("hangs up");
     assert!(!answer.contains("200 OK"), "{answer}");

@@ -42,11 +42,7 @@ static MACHINE: LazyLock<(TempDir, PathBuf)> = LazyLock::new(|| {
     let library = folder.path().join("faults.so");
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/soak/faults.c");
     let mut build = Command::new("cc");
-    build
-        .args(["-O1", "-shared", "-fPIC", "-o"])
-        .arg(&library)
-        .arg(source)
-        .arg("-ldl");
+    build.args(["-O1", "-shared", "-fPIC", "-o"]).arg(&library).arg(source).arg("-ldl");
     assert!(build.status().expect("there is a C compiler").success());
     (folder, library)
 });
@@ -58,9 +54,7 @@ struct Faults {
 
 impl Faults {
     fn new() -> Self {
-        let faults = Self {
-            folder: tempfile::tempdir().expect("there is room"),
-        };
+        let faults = Self { folder: tempfile::tempdir().expect("there is room") };
         fs::create_dir(faults.durable()).expect("there is room");
         faults
     }
@@ -225,10 +219,7 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
     drop(server);
     let retain = |more: &[&str]| {
         let mut retain = pilotfish();
-        retain
-            .args(["retention", "--days", "90", "--data"])
-            .arg(home.data())
-            .args(more);
+        retain.args(["retention", "--days", "90", "--data"]).arg(home.data()).args(more);
         faults.on(&mut retain, &home.data());
         said(&retain.output().expect("the program starts"))
     };
@@ -240,16 +231,11 @@ fn a_clock_that_jumps_a_year_ahead_deletes_no_mission() {
 fn token(home: &Home, arguments: &[&str], faults: Option<&Faults>) -> String {
     fs::create_dir_all(home.data()).expect("there is room");
     let mut add = pilotfish();
-    add.args(["token", "add"])
-        .args(arguments)
-        .arg("--data")
-        .arg(home.data());
+    add.args(["token", "add"]).args(arguments).arg("--data").arg(home.data());
     if let Some(faults) = faults {
         faults.on(&mut add, &home.data());
     }
-    printed(&add.output().expect("the program starts"))
-        .trim()
-        .to_owned()
+    printed(&add.output().expect("the program starts")).trim().to_owned()
 }
 
 #[test]
@@ -257,11 +243,7 @@ fn a_clock_that_is_set_back_makes_no_expired_token_valid() {
     let (home, faults) = (Home::new(), Faults::new());
     let forever = token(&home, &["forever", "--role", "admin"], None);
     faults.clock(-2 * DAY_S);
-    let expired = token(
-        &home,
-        &["expired", "--role", "admin", "--days", "1"],
-        Some(&faults),
-    );
+    let expired = token(&home, &["expired", "--role", "admin", "--days", "1"], Some(&faults));
     for clock in [0, -2 * DAY_S] {
         faults.clock(clock);
         let mut server = faults.start(&home);
@@ -281,9 +263,7 @@ fn a_service_that_had_tokens_does_not_run_without_them() {
     let path = format!("/v1/missions/{mission}");
     // The first token comes while it runs.
     let admin = token(&home, &["admin", "--role", "admin"], None);
-    until("the token has an effect", || {
-        ask(&server, "GET", &path, "").status == 401
-    });
+    until("the token has an effect", || ask(&server, "GET", &path, "").status == 401);
     thread::sleep(Duration::from_secs(3));
     server.process.kill().expect("is ours");
     server.process.wait().expect("is ours");

@@ -223,9 +223,7 @@ pub(crate) fn while_clients_post<T>(
         let at_last = StopAtLast(stop);
         let result = trouble(so_far);
         drop(at_last);
-        let acknowledged = clients
-            .into_iter()
-            .flat_map(|client| client.join().expect("was answered well"));
+        let acknowledged = clients.into_iter().flat_map(|client| client.join().expect("was answered well"));
         (result, acknowledged.collect())
     })
 }

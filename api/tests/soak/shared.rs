@@ -47,16 +47,9 @@ fn services_with_certificates_call_only_each_other_by_https() {
 
     assert_eq!(ask(1, &run, Some("{}")).0, 200);
     let encoded = format!("/%6d{}/run", &mission[1..]);
-    assert_eq!(
-        ask(1, &encoded, Some("{}")).0,
-        200,
-        "the same name, written another way"
-    );
+    assert_eq!(ask(1, &encoded, Some("{}")).0, 200, "the same name, written another way");
     let (status, problem) = ask(2, &run, Some("{}"));
-    assert!(
-        status == 503 && problem.contains("mission_elsewhere"),
-        "{problem}"
-    );
+    assert!(status == 503 && problem.contains("mission_elsewhere"), "{problem}");
 }
 
 #[test]
@@ -64,9 +57,7 @@ fn only_stored_changes_are_acknowledged() {
     let Some(store) = database() else { return };
     let data = tempfile::tempdir().expect("there is room");
     let mut serve = pilotfish();
-    serve
-        .args(["serve", "--store", &store, "--data"])
-        .arg(data.path());
+    serve.args(["serve", "--store", &store, "--data"]).arg(data.path());
     let server = Server::start_on(serve, 0);
     let missions = format!("{}/v1/missions", server.url());
     let mission = format!("{missions}/{}", running_mission(&missions));
@@ -94,10 +85,7 @@ fn the_program_copies_missions_to_a_database_and_replays_them_there() {
     terminate(&server);
     assert!(ended(&mut server).success());
     let (mut copy, mut replay) = (pilotfish(), pilotfish());
-    copy.arg("copy-store")
-        .arg("--from")
-        .arg(home.data())
-        .args(["--to", &url]);
+    copy.arg("copy-store").arg("--from").arg(home.data()).args(["--to", &url]);
     has_all(&printed(&copy.output().expect("starts")), &["copied 1 missions"]);
     replay.args(["replay", &mission, "--store", &url]);
     has_all(&printed(&replay.output().expect("starts")), &[" 0 different"]);

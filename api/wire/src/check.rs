@@ -26,11 +26,7 @@ pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Resul
 
 /// `request` with the defaults of its `snapshot`.
 pub fn with_defaults(request: PlanRequest, snapshot: &Snapshot) -> PlanRequest {
-    PlanRequest {
-        limits: snapshot.limits,
-        craft: snapshot.craft.clone(),
-        ..request
-    }
+    PlanRequest { limits: snapshot.limits, craft: snapshot.craft.clone(), ..request }
 }
 
 /// Fails with every wrong field of `request`, as [`snapshot`] does. Estimates nothing.
@@ -51,9 +47,7 @@ fn all<T>(envelope: Vec<FieldError>, checked: Result<T, InvalidRequest>) -> Resu
 pub fn unsupported_version(given: &str) -> Option<FieldError> {
     (given != SCHEMA_VERSION).then(|| {
         let detail = format!("this service speaks version {SCHEMA_VERSION}");
-        FieldError::new("/schema_version", "unsupported", detail)
-            .given(given)
-            .limit(SCHEMA_VERSION)
+        FieldError::new("/schema_version", "unsupported", detail).given(given).limit(SCHEMA_VERSION)
     })
 }
 

@@ -7,11 +7,7 @@ use sha2::{Digest, Sha256};
 /// SHA-256, hexadecimal, of the checked request with its defaults, without members that change no
 /// plan. With an origin, positions count from the craft, and the origin is the craft's place.
 pub fn plan_id(snapshot: &Snapshot) -> String {
-    let request = PlanRequest {
-        deadline_ms: None,
-        metadata: Map::new(),
-        ..PlanRequest::clone(snapshot)
-    };
+    let request = PlanRequest { deadline_ms: None, metadata: Map::new(), ..PlanRequest::clone(snapshot) };
     sha256(&serde_json::to_vec(&request).expect("strings, numbers and lists only"))
 }
 

@@ -12,14 +12,7 @@ use crate::json::{Json, ShapeError, token};
 pub const DIRECTION_DEG: RangeInclusive<f64> = ANGLE.start().to_degrees()..=ANGLE.end().to_degrees();
 
 /// Members with names of the client, or with an earlier answer, which has radians.
-const LEFT_ALONE: [&str; 6] = [
-    "metadata",
-    "previous_plan",
-    "weights",
-    "costs_now",
-    "serve_by_s",
-    "paths",
-];
+const LEFT_ALONE: [&str; 6] = ["metadata", "previous_plan", "weights", "costs_now", "serve_by_s", "paths"];
 
 /// Pointers to the directions of a body that were in degrees.
 #[derive(Debug)]
@@ -174,22 +167,12 @@ mod tests {
         let patch = json!({ "goal": { "kind": "track", "auv": "a", "offset": offset } });
         let setting: Setting = read(patch.to_string().as_bytes()).expect("is read");
         let bearing_rad = setting.goal.map(|task| task.offset);
-        assert_eq!(
-            bearing_rad,
-            Some(Some(Offset::Polar {
-                range_m: 5.0,
-                bearing_rad: FRAC_PI_2
-            }))
-        );
+        assert_eq!(bearing_rad, Some(Some(Offset::Polar { range_m: 5.0, bearing_rad: FRAC_PI_2 })));
     }
 
     #[test]
     fn names_of_the_client_are_no_directions() {
-        let mut named = body(
-            &json!({ "heading_deg": 0 }),
-            &json!({ "course_deg": 0 }),
-            &json!({}),
-        );
+        let mut named = body(&json!({ "heading_deg": 0 }), &json!({ "course_deg": 0 }), &json!({}));
         named["auvs"][0]["id"] = json!("course_deg");
         named["goal"] = json!({ "kind": "weighted", "weights": { "course_deg": 1.0 } });
         assert!(snapshot(read_value(&named).expect("is read")).is_ok());

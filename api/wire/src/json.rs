@@ -89,8 +89,7 @@ impl Json<'_> {
         match self {
             Json::List(items) => {
                 for (i, item) in items.iter().enumerate() {
-                    item.each_name_once()
-                        .map_err(|twice| twice.within(&i.to_string()))?;
+                    item.each_name_once().map_err(|twice| twice.within(&i.to_string()))?;
                 }
             }
             Json::Object(members) => {
@@ -172,9 +171,7 @@ pub(crate) fn parse(body: &[u8]) -> Result<Json<'_>, BodyError> {
 fn plain_syntax(error: &serde_json::Error) -> String {
     let (line, column) = (error.line(), error.column());
     let words = error.to_string();
-    let words = words
-        .strip_suffix(&format!(" at line {line} column {column}"))
-        .unwrap_or(&words);
+    let words = words.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&words);
     let plain = match words {
         _ if error.is_eof() => "the text ends before the value does",
         "expected ident" | "expected value" => "there is no JSON value",
@@ -334,11 +331,7 @@ pub(crate) struct Node<'a> {
 
 impl<'a> Node<'a> {
     pub(crate) fn whole(json: &'a Json<'a>) -> Self {
-        Self {
-            json,
-            in_fixed_list: false,
-            hidden: "",
-        }
+        Self { json, in_fixed_list: false, hidden: "" }
     }
 
     fn must_be<T>(self, expected: &str) -> Result<T, ShapeError> {
@@ -440,10 +433,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             return self.must_be("an object");
         }
         let apart = |name| Some((name, Self::whole(self.json.member(name)?)));
-        let parts = [
-            Some(("", Self { hidden, ..self })),
-            hidden.split(' ').nth(1).and_then(apart),
-        ];
+        let parts = [Some(("", Self { hidden, ..self })), hidden.split(' ').nth(1).and_then(apart)];
         visitor.visit_seq(Parts(parts.into_iter().flatten()))
     }
 
@@ -585,10 +575,7 @@ struct Items<'a> {
 
 impl<'a> Items<'a> {
     fn new(items: &'a [Json<'a>], fixed: bool) -> Self {
-        Self {
-            items: items.iter().enumerate(),
-            fixed,
-        }
+        Self { items: items.iter().enumerate(), fixed }
     }
 }
 
@@ -602,10 +589,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         let Some((i, json)) = self.items.next() else {
             return Ok(None);
         };
-        let node = Node {
-            in_fixed_list: self.fixed,
-            ..Node::whole(json)
-        };
+        let node = Node { in_fixed_list: self.fixed, ..Node::whole(json) };
         let item = seed.deserialize(node).map(Some);
         item.map_err(|wrong| wrong.within(&i.to_string()))
     }
@@ -621,19 +605,14 @@ struct Members<'a> {
 
 impl<'a> Members<'a> {
     fn new(members: &'a [(Cow<'a, str>, Json<'a>)], hidden: &'static str) -> Self {
-        Self {
-            rest: members.iter(),
-            hidden,
-            last: None,
-        }
+        Self { rest: members.iter(), hidden, last: None }
     }
 
     /// The next member that the shape may have.
     fn advance(&mut self) -> Option<&'a (Cow<'a, str>, Json<'a>)> {
         let hidden = self.hidden;
         let is_hidden = |name: &str| hidden.split(' ').any(|hidden| hidden == name);
-        self.rest
-            .find(|(name, json)| hidden.is_empty() || !(is_hidden(name) || matches!(json, Json::Null)))
+        self.rest.find(|(name, json)| hidden.is_empty() || !(is_hidden(name) || matches!(json, Json::Null)))
     }
 }
 
@@ -648,7 +627,6 @@ impl<'de> MapAccess<'de> for Members<'de> {
 
     fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, ShapeError> {
         let (name, json) = self.last.expect("a name is read before its value");
-        seed.deserialize(Node::whole(json))
-            .map_err(|wrong| wrong.within(name))
+        seed.deserialize(Node::whole(json)).map_err(|wrong| wrong.within(name))
     }
 }

@@ -56,11 +56,7 @@ impl Positions {
     /// Uses `origin`; if there is none and it `may_begin`, the first position.
     pub(crate) fn from(origin: Option<Origin>, may_begin: bool) -> Result<Self, ShapeError> {
         let datum = origin.map(|origin| datum(&origin)).transpose()?;
-        Ok(Self {
-            datum,
-            origin,
-            may_begin,
-        })
+        Ok(Self { datum, origin, may_begin })
     }
 
     pub(crate) fn put_into_metres(&mut self, body: &mut Json<'_>) -> Result<(), ShapeError> {
@@ -72,8 +68,7 @@ impl Positions {
         match json {
             Json::List(items) => {
                 for (i, item) in items.iter_mut().enumerate() {
-                    self.put(item, is_point)
-                        .map_err(|wrong| wrong.within(&i.to_string()))?;
+                    self.put(item, is_point).map_err(|wrong| wrong.within(&i.to_string()))?;
                 }
             }
             Json::Object(members) => {
@@ -125,9 +120,8 @@ impl Positions {
             let detail = "positions in latitude and longitude need an `origin`";
             return Err(refused("no_origin", detail));
         };
-        let local = datum
-            .to_local(&place.into())
-            .map_err(|error| refused("out_of_range", &error.to_string()))?;
+        let local =
+            datum.to_local(&place.into()).map_err(|error| refused("out_of_range", &error.to_string()))?;
         if COORDINATE_MAX < local.amax() {
             let detail = format!(
                 "this position is {:.0} km from the origin, and at most {:.0} km north and east are accepted: are latitude \
@@ -235,11 +229,7 @@ mod tests {
         // A thousandth of a degree of the meridian at 38.41° is 111.005 m.
         let body = snapshot(&json!({ "lat_deg": 38.411, "lon_deg": -9.12 }));
         let request = read_value(&body).expect("is read");
-        assert!(
-            (request.asc.north_m - 111.005).abs() < 0.01,
-            "{}",
-            request.asc.north_m
-        );
+        assert!((request.asc.north_m - 111.005).abs() < 0.01, "{}", request.asc.north_m);
         assert!(request.asc.east_m.abs() < 1e-6);
         assert_eq!(request.asc.lat_deg, Some(38.411));
         assert_eq!(request.area[0], [0.0, 0.0]);
@@ -253,19 +243,14 @@ mod tests {
         let exchanged = json!({ "lat_deg": -9.12, "lon_deg": 38.41 });
         let mut of_the_origin = snapshot(&json!({ "lat_deg": 38.41, "lon_deg": -9.12 }));
         of_the_origin["origin"] = exchanged.clone();
-        for (body, pointer, given) in [
-            (snapshot(&exchanged), "/asc/lat_deg", -9.12),
-            (of_the_origin, "/area/0/lat_deg", 38.41),
-        ] {
+        for (body, pointer, given) in
+            [(snapshot(&exchanged), "/asc/lat_deg", -9.12), (of_the_origin, "/area/0/lat_deg", 38.41)]
+        {
             let wrong = read_value(&body).expect_err("is refused");
             assert_eq!((&*wrong.pointer, &*wrong.code), (pointer, "out_of_range"));
             assert_eq!(wrong.given, Some(json!(given)));
-            let km: f64 = wrong
-                .detail
-                .split(' ')
-                .nth(3)
-                .and_then(|km| km.parse().ok())
-                .expect("is a distance");
+            let km: f64 =
+                wrong.detail.split(' ').nth(3).and_then(|km| km.parse().ok()).expect("is a distance");
             assert!((km - APART_KM).abs() < 0.006 * APART_KM, "{}", wrong.detail);
             assert!(wrong.detail.contains("longitude exchanged"), "{}", wrong.detail);
         }
@@ -285,26 +270,10 @@ mod tests {
         for (place, pointer, code) in [
             (json!({}), "/asc/north_m", "missing"),
             (json!({ "lat_deg": 38.0 }), "/asc/lon_deg", "missing"),
-            (
-                json!({ "lat_deg": 38.0, "lon_deg": 0.0, "north_m": 0.0 }),
-                "/asc/lat_deg",
-                "mixed",
-            ),
-            (
-                json!({ "lat_deg": 90.5, "lon_deg": 0.0 }),
-                "/asc/lat_deg",
-                "out_of_range",
-            ),
-            (
-                json!({ "lat_deg": 0.0, "lon_deg": 1e9 }),
-                "/asc/lon_deg",
-                "out_of_range",
-            ),
-            (
-                json!({ "lat_deg": "x", "lon_deg": 0.0 }),
-                "/asc/lat_deg",
-                "wrong_type",
-            ),
+            (json!({ "lat_deg": 38.0, "lon_deg": 0.0, "north_m": 0.0 }), "/asc/lat_deg", "mixed"),
+            (json!({ "lat_deg": 90.5, "lon_deg": 0.0 }), "/asc/lat_deg", "out_of_range"),
+            (json!({ "lat_deg": 0.0, "lon_deg": 1e9 }), "/asc/lon_deg", "out_of_range"),
+            (json!({ "lat_deg": "x", "lon_deg": 0.0 }), "/asc/lat_deg", "wrong_type"),
             (
                 json!({ "lat_deg": 38.41, "lon_deg": -9.12, "north_m": 0.0, "east_m": 0.002 }),
                 "/asc/lat_deg",
@@ -321,9 +290,6 @@ mod tests {
         assert_eq!((&*wrong.pointer, &*wrong.code), ("/area/0/lat_deg", "no_origin"));
         without["origin"] = json!({ "lat_deg": 91.0, "lon_deg": 0.0 });
         let wrong = read_value(&without).expect_err("is refused");
-        assert_eq!(
-            (&*wrong.pointer, &*wrong.code),
-            ("/origin/lat_deg", "out_of_range")
-        );
+        assert_eq!((&*wrong.pointer, &*wrong.code), ("/origin/lat_deg", "out_of_range"));
     }
 }

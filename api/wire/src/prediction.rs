@@ -140,10 +140,7 @@ impl Prediction {
         let known = snapshot.auvs.iter().zip(&answer.targets);
         let known = known.zip(&plan.position_covariances);
         Self {
-            after_s: kept
-                .iter()
-                .map(|&i| rounded(answer.trajectory[i].t_s - snapshot.t_s, CENTI))
-                .collect(),
+            after_s: kept.iter().map(|&i| rounded(answer.trajectory[i].t_s - snapshot.t_s, CENTI)).collect(),
             asc: pick(&|i| answer.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             goal: pick(&|i| answer.goal.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             schedule: answer.schedule.clone().map(few_digits),
@@ -160,9 +157,7 @@ impl Prediction {
             line_of_sight_rms_m: fine(answer.baseline.predicted_rms_error_m),
             cost: Some(rounded(answer.predicted.cost, CENTI)),
             line_of_sight_cost: Some(rounded(answer.baseline.predicted_cost, CENTI)),
-            current: answer
-                .current
-                .map(|current| [current.north_mps, current.east_mps].map(fine)),
+            current: answer.current.map(|current| [current.north_mps, current.east_mps].map(fine)),
             craft: PredictedCraft {
                 heading_lag_s: fine(craft.heading_lag_s.value),
                 heading_offset_rad: fine(craft.heading_offset_rad.value),
@@ -194,27 +189,15 @@ impl PredictedAuv {
         let covariances = kept.iter().filter_map(|&i| covariances.get(i));
         Self {
             id: target.id.0.clone(),
-            positions: positions
-                .map(|point| [point.north_m, point.east_m].map(rounded_to(CENTI)))
-                .collect(),
+            positions: positions.map(|point| [point.north_m, point.east_m].map(rounded_to(CENTI))).collect(),
             depths_m: depths.copied().map(rounded_to(CENTI)).collect(),
-            covariances_m2: covariances
-                .map(|of| [of.m11, of.m12, of.m22].map(three_digits))
-                .collect(),
+            covariances_m2: covariances.map(|of| [of.m11, of.m12, of.m22].map(three_digits)).collect(),
             age_s: rounded(estimate.age_s, CENTI),
             heard: newest.map(|report| {
                 let [north_m, east_m] = placed(&report.position());
-                Heard {
-                    t_s: report.t_s,
-                    north_m,
-                    east_m,
-                }
+                Heard { t_s: report.t_s, north_m, east_m }
             }),
-            refused_t_s: estimate
-                .rejected
-                .iter()
-                .filter_map(|&i| Some(reports.get(i)?.t_s))
-                .collect(),
+            refused_t_s: estimate.rejected.iter().filter_map(|&i| Some(reports.get(i)?.t_s)).collect(),
             drift: [target.drift.north_mps, target.drift.east_mps].map(rounded_to(TEN_THOUSANDTH)),
             route: estimate.route,
             dive: estimate.dive,
@@ -226,9 +209,7 @@ impl PredictedAuv {
 fn evenly(n: usize) -> Vec<usize> {
     let last = n.saturating_sub(1);
     let most = TIMES_MAX.min(n);
-    (0..most)
-        .map(|k| if most < 2 { 0 } else { k * last / (most - 1) })
-        .collect()
+    (0..most).map(|k| if most < 2 { 0 } else { k * last / (most - 1) }).collect()
 }
 
 /// Rounds the visits and present costs of a schedule for people.
@@ -247,11 +228,7 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
         }
     }
     for vehicle in &mut schedule.costs {
-        for value in [
-            &mut vehicle.cost,
-            &mut vehicle.heard_within_m,
-            &mut vehicle.unheard_s,
-        ] {
+        for value in [&mut vehicle.cost, &mut vehicle.heard_within_m, &mut vehicle.unheard_s] {
             *value = rounded(*value, CENTI);
         }
     }
@@ -279,23 +256,14 @@ mod tests {
             let kept = evenly(n);
             assert!(kept.len() <= TIMES_MAX && kept.len() == n.min(TIMES_MAX));
             assert!(kept.windows(2).all(|pair| pair[0] < pair[1]), "{n}: {kept:?}");
-            assert_eq!(
-                (kept.first(), kept.last()),
-                ((0 < n).then_some(&0), n.checked_sub(1).as_ref())
-            );
+            assert_eq!((kept.first(), kept.last()), ((0 < n).then_some(&0), n.checked_sub(1).as_ref()));
         }
     }
 
     #[test]
     fn rounded_numbers_are_near_and_short() {
         assert_eq!(rounded(12.344_9, CENTI), 12.34);
-        assert_eq!(
-            serde_json::to_string(&rounded(-0.001, CENTI)).expect("is a number"),
-            "0.0"
-        );
-        assert_eq!(
-            [252.715_5, -0.016_649, 0.0].map(three_digits),
-            [253.0, -0.0166, 0.0]
-        );
+        assert_eq!(serde_json::to_string(&rounded(-0.001, CENTI)).expect("is a number"), "0.0");
+        assert_eq!([252.715_5, -0.016_649, 0.0].map(three_digits), [253.0, -0.0166, 0.0]);
     }
 }

@@ -98,11 +98,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
 /// Fails for bodies that are empty, too long or with the service's members. `rest` has no items.
 fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), ShapeError> {
     if rest.origin.is_some() || !rest.rejected.is_empty() {
-        let member = if rest.origin.is_some() {
-            "/origin"
-        } else {
-            "/rejected"
-        };
+        let member = if rest.origin.is_some() { "/origin" } else { "/rejected" };
         let detail = "set by the service: leave it out";
         return Err(ShapeError::new(member.to_owned(), "unexpected", detail));
     }
@@ -183,10 +179,7 @@ mod tests {
     /// Rejects fixes of the time 0.
     fn read(body: &str, origin: Option<Origin>) -> Result<Sorted, BodyError> {
         read_reports(Body::parse(body.as_bytes())?, origin, |one| {
-            let fixes = one
-                .auvs
-                .iter()
-                .flat_map(|(id, fixes)| fixes.iter().map(move |fix| (id, fix)));
+            let fixes = one.auvs.iter().flat_map(|(id, fixes)| fixes.iter().map(move |fix| (id, fix)));
             let wrong = fixes.filter(|(_, fix)| fix.t_s == 0.0);
             wrong
                 .map(|(id, _)| FieldError::new(format!("/auvs/{id}/0/t_s"), "out_of_range", "is 0"))
@@ -217,10 +210,7 @@ mod tests {
         let body = body.to_string().replace("\"a fix\"", twice);
         let (heard, rejected) = read(&body, None).expect("is read");
         assert_eq!(heard.origin, Some(origin(-17.0, 180.0)));
-        assert_eq!(
-            (heard.auvs.len(), heard.auvs["a"].len(), heard.notes.len()),
-            (1, 1, 1)
-        );
+        assert_eq!((heard.auvs.len(), heard.auvs["a"].len(), heard.notes.len()), (1, 1, 1));
         let pointers: Vec<_> = rejected.iter().map(|faults| &*faults[0].pointer).collect();
         let expected = [
             "/auvs/a/0/t_s",

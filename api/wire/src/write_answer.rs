@@ -50,15 +50,7 @@ impl<'a> Answer<'a> {
         solve_time: Duration,
         metadata: &'a Map<String, Value>,
     ) -> Self {
-        Self {
-            snapshot,
-            plan,
-            solve_time,
-            metadata,
-            plan_id: plan_id(snapshot),
-            place: None,
-            frame: None,
-        }
+        Self { snapshot, plan, solve_time, metadata, plan_id: plan_id(snapshot), place: None, frame: None }
     }
 
     /// The same answer with latitudes and longitudes, if `origin` is a place on Earth.
@@ -132,14 +124,7 @@ impl<'a> Answer<'a> {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
         }
         let mut targets = self.plan.targets.clone();
-        for PlannedTarget {
-            estimate: at,
-            trajectory,
-            track,
-            states,
-            ..
-        } in &mut targets
-        {
+        for PlannedTarget { estimate: at, trajectory, track, states, .. } in &mut targets {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             for at in trajectory {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
@@ -210,9 +195,7 @@ impl<'a> Answer<'a> {
     /// latitude and longitude, degrees, if the datum's place is known.
     fn place(&self, north_m: f64, east_m: f64) -> (f64, f64, Option<f64>, Option<f64>) {
         let position = self.placed(&Vector2::new(north_m, east_m));
-        let place = self
-            .place
-            .map(|(_, datum)| Origin::from(datum.from_local(&position)));
+        let place = self.place.map(|(_, datum)| Origin::from(datum.from_local(&position)));
         let (lat_deg, lon_deg) = place.map(|place| (place.lat_deg, place.lon_deg)).unzip();
         (position.x, position.y, lat_deg, lon_deg)
     }
@@ -221,10 +204,7 @@ impl<'a> Answer<'a> {
         let (known, tuned) = (&self.plan.craft, &self.snapshot.tuned().craft);
         let (heading_held, speed_held) = known.modes(self.snapshot.craft_prior());
         let learnt = |(value, sigma): (f64, f64)| Learnt { value, sigma };
-        let remembered = planner::craft::CraftEstimate {
-            position: self.placed(&known.position),
-            ..*known
-        };
+        let remembered = planner::craft::CraftEstimate { position: self.placed(&known.position), ..*known };
         CraftEstimate {
             heading_lag_s: learnt(known.heading_lag(tuned)),
             heading_offset_rad: learnt(known.heading_offset()),
@@ -242,11 +222,7 @@ impl<'a> Answer<'a> {
 }
 
 fn warning(code: &str, pointer: &str, detail: String) -> Warning {
-    Warning {
-        code: code.to_owned(),
-        pointer: pointer.to_owned(),
-        detail,
-    }
+    Warning { code: code.to_owned(), pointer: pointer.to_owned(), detail }
 }
 
 fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
@@ -254,11 +230,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     for (i, (auv, estimate)) in snapshot.auvs.iter().zip(snapshot.estimates()).enumerate() {
         let (id, age) = (&auv.id, estimate.state.age_s);
         if REPORT_AGE_STALE < age {
-            let member = if auv.state.is_some() {
-                "state/age_s"
-            } else {
-                "reports"
-            };
+            let member = if auv.state.is_some() { "state/age_s" } else { "reports" };
             let detail = format!("{id} was last heard of {age:.0} s ago; its forecast starts there");
             warnings.push(warning("stale_report", &format!("/auvs/{i}/{member}"), detail));
         }
@@ -355,9 +327,7 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             );
             warnings.push(warning("reports_contradict", &pointer, detail));
         }
-        if let Some(route) = estimate
-            .route
-            .filter(|route| estimate.repeats.is_none() && !route.is_followed())
+        if let Some(route) = estimate.route.filter(|route| estimate.repeats.is_none() && !route.is_followed())
         {
             let detail = format!(
                 "{id} does not follow its path (probability {:.2}): it is forecast from its motion",
@@ -465,10 +435,7 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         );
         warning("reference_below_speed_min", "/limits/speed_min_mps", detail)
     });
-    let through_water = plan
-        .goal
-        .iter()
-        .map(|goal| (goal.motion().velocity - current).norm());
+    let through_water = plan.goal.iter().map(|goal| (goal.motion().velocity - current).norm());
     let slowest = through_water.fold(f64::INFINITY, f64::min);
     let outrun = (slowest.is_finite() && speed_max < slowest).then(|| {
         let detail = format!(
@@ -477,17 +444,9 @@ fn about_the_craft(snapshot: &Snapshot, plan: &Plan) -> impl Iterator<Item = War
         );
         warning("goal_unreachable", "/goal", detail)
     });
-    [
-        unknown,
-        does_not_follow,
-        heading_does_not_respond,
-        speed_does_not_respond,
-        too_strong,
-        too_slow,
-        outrun,
-    ]
-    .into_iter()
-    .flatten()
+    [unknown, does_not_follow, heading_does_not_respond, speed_does_not_respond, too_strong, too_slow, outrun]
+        .into_iter()
+        .flatten()
 }
 
 /// Warning of a previous plan whose memory of the craft is not used.
@@ -529,9 +488,7 @@ fn no_current(snapshot: &Snapshot) -> Option<Warning> {
 }
 
 fn outcome(degraded: Option<domain::Degraded>) -> (Outcome, Option<String>) {
-    degraded.map_or((Outcome::Ok, None), |why| {
-        (Outcome::Degraded, Some(why.to_string()))
-    })
+    degraded.map_or((Outcome::Ok, None), |why| (Outcome::Degraded, Some(why.to_string())))
 }
 
 /// Warning of a law that would have a memory in a mission.

@@ -49,19 +49,14 @@ impl Datum {
     /// The local frame at `origin`. Longitudes may have any number of turns.
     pub fn new(origin: &Origin) -> Result<Self, NotOnEarth> {
         let (latitude_deg, longitude_deg) = degrees(origin)?;
-        Ok(Self {
-            latitude_deg,
-            longitude_deg,
-            ellipsoid: Geodesic::wgs84(),
-        })
+        Ok(Self { latitude_deg, longitude_deg, ellipsoid: Geodesic::wgs84() })
     }
 
     /// (north, east) of `place`, m. At a pole, north is along the datum's own longitude.
     pub fn to_local(&self, place: &Origin) -> Result<Vector2<f64>, NotOnEarth> {
         let (latitude_deg, longitude_deg) = degrees(place)?;
         let (distance, azimuth_deg, _, _): (f64, f64, f64, f64) =
-            self.ellipsoid
-                .inverse(self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg);
+            self.ellipsoid.inverse(self.latitude_deg, self.longitude_deg, latitude_deg, longitude_deg);
         Ok(direction(azimuth_deg.to_radians()) * distance)
     }
 
@@ -70,16 +65,9 @@ impl Datum {
         // `+ 0.0` turns −0.0 into 0.0, for which atan2 would answer −π on the southern ray.
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
         let azimuth_deg = azimuth.to_degrees();
-        let (latitude_deg, longitude_deg): (f64, f64) = self.ellipsoid.direct(
-            self.latitude_deg,
-            self.longitude_deg,
-            azimuth_deg,
-            position.norm(),
-        );
-        Origin {
-            latitude: latitude_deg.to_radians(),
-            longitude: longitude_deg.to_radians(),
-        }
+        let (latitude_deg, longitude_deg): (f64, f64) =
+            self.ellipsoid.direct(self.latitude_deg, self.longitude_deg, azimuth_deg, position.norm());
+        Origin { latitude: latitude_deg.to_radians(), longitude: longitude_deg.to_radians() }
     }
 
     /// Convergence at `position` (north, east), m: true minus local bearings, rad, in (−π, π].
@@ -117,17 +105,9 @@ impl Datum {
         const SHORT_M: f64 = 1.0;
         let azimuth = (position.y + 0.0).atan2(position.x + 0.0);
         let distance = position.norm();
-        let (_, _, azimuth_there_deg, reduced): (f64, f64, f64, f64) = self.ellipsoid.direct(
-            self.latitude_deg,
-            self.longitude_deg,
-            azimuth.to_degrees(),
-            distance,
-        );
-        let across = if distance < SHORT_M {
-            1.0
-        } else {
-            reduced / distance
-        };
+        let (_, _, azimuth_there_deg, reduced): (f64, f64, f64, f64) =
+            self.ellipsoid.direct(self.latitude_deg, self.longitude_deg, azimuth.to_degrees(), distance);
+        let across = if distance < SHORT_M { 1.0 } else { reduced / distance };
         [azimuth, azimuth_there_deg.to_radians(), across]
     }
 }
@@ -144,10 +124,7 @@ fn degrees(place: &Origin) -> Result<(f64, f64), NotOnEarth> {
     if latitude_deg.abs() <= POLE_DEG && longitude_deg.is_finite() {
         Ok((latitude_deg, longitude_deg))
     } else {
-        Err(NotOnEarth {
-            latitude_deg,
-            longitude_deg,
-        })
+        Err(NotOnEarth { latitude_deg, longitude_deg })
     }
 }
 
@@ -161,10 +138,7 @@ mod tests {
     use super::*;
 
     fn origin(latitude_deg: f64, longitude_deg: f64) -> Origin {
-        Origin {
-            latitude: latitude_deg.to_radians(),
-            longitude: longitude_deg.to_radians(),
-        }
+        Origin { latitude: latitude_deg.to_radians(), longitude: longitude_deg.to_radians() }
     }
 
     fn datum(latitude_deg: f64, longitude_deg: f64) -> Datum {
@@ -198,10 +172,7 @@ mod tests {
             for _ in 0..100 {
                 let position = direction(rng.random_range(0.0..TAU)) * rng.random_range(0.0..50_000.0);
                 let back = datum.to_local(&datum.from_local(&position)).expect("is on Earth");
-                assert!(
-                    (back - position).norm() < 1e-6,
-                    "{latitude}: {position} and {back}"
-                );
+                assert!((back - position).norm() < 1e-6, "{latitude}: {position} and {back}");
             }
         }
     }
@@ -245,9 +216,7 @@ mod tests {
                     let place = datum.from_local(&position);
                     let at = |step: f64| {
                         let latitude = place.latitude + step;
-                        datum
-                            .to_local(&Origin { latitude, ..place })
-                            .expect("is on Earth")
+                        datum.to_local(&Origin { latitude, ..place }).expect("is on Earth")
                     };
                     // Steps of 6 m along the meridian.
                     let north = at(1e-6) - at(-1e-6);
@@ -313,21 +282,15 @@ mod tests {
 
     #[test]
     fn a_place_that_is_not_on_earth_is_refused_by_name() {
-        for place in [
-            origin(90.1, 0.0),
-            origin(f64::NAN, 0.0),
-            origin(0.0, f64::NAN),
-            origin(0.0, f64::INFINITY),
-        ] {
+        for place in
+            [origin(90.1, 0.0), origin(f64::NAN, 0.0), origin(0.0, f64::NAN), origin(0.0, f64::INFINITY)]
+        {
             assert!(Datum::new(&place).is_err());
             assert!(datum(0.0, 0.0).to_local(&place).is_err());
         }
         let refused = Datum::new(&origin(-91.0, 7.0)).expect_err("is beyond the pole");
         assert!(refused.to_string().contains("-91"), "{refused}");
-        let pole = Origin {
-            latitude: FRAC_PI_2,
-            longitude: 0.0,
-        };
+        let pole = Origin { latitude: FRAC_PI_2, longitude: 0.0 };
         assert!(Datum::new(&pole).is_ok());
     }
 }

@@ -105,11 +105,7 @@ pub fn explain(snapshot: &Snapshot, planned: CostTerms, parameters: &Parameters,
             residuals: is_whole.then(|| Residuals::of(program, &solution)),
         });
         explanation.program = size(program);
-        explanation.slack = if is_whole {
-            slacks(program, &solution, &times[1..])
-        } else {
-            vec![]
-        };
+        explanation.slack = if is_whole { slacks(program, &solution, &times[1..]) } else { vec![] };
         solution
     });
     let laws = LosLaw::ALL

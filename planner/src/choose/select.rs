@@ -71,12 +71,7 @@ pub(crate) fn select_answer(
     let (los, los_rollout) = line_of_sight(&horizon);
     // 3. The program, unless the goal depends on a report that is too old.
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
-    let mut program = Scp {
-        horizon: &horizon,
-        stop,
-        solve,
-        programs,
-    };
+    let mut program = Scp { horizon: &horizon, stop, solve, programs };
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
     } else if snapshot.cut_short() {
@@ -108,17 +103,12 @@ pub(crate) fn select_answer(
         reference_through_water: through_water,
         valid_until: snapshot.t_s + parameters.validity.min(parameters.steps.iter().sum()),
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
-        goal: times()
-            .map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time)))
-            .collect(),
+        goal: times().map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time))).collect(),
         goal_course: goal.course(),
         targets: PlannedTarget::all(snapshot, &horizon.times, goal.auvs()),
         position_covariances: goal.auvs().iter().map(covariances).collect(),
         baseline: baseline(&horizon, &los.reference, &los.candidate, cut_short),
-        solver: SolverReport {
-            deadline_hit: stop.was_due() || snapshot.cut_short(),
-            ..scp.report
-        },
+        solver: SolverReport { deadline_hit: stop.was_due() || snapshot.cut_short(), ..scp.report },
         predicted: best.candidate.predicted,
         cost_terms: best.candidate.terms,
         violations: violations.collect(),
@@ -169,10 +159,7 @@ fn cut_short(snapshot: &Snapshot, schedule: Option<&Schedule>, stop: &Stop) -> O
 }
 
 fn remembered_course(snapshot: &Snapshot) -> Option<Course> {
-    snapshot
-        .previous_plan
-        .as_ref()
-        .and_then(PreviousPlan::goal_course)
+    snapshot.previous_plan.as_ref().and_then(PreviousPlan::goal_course)
 }
 
 /// The command for `asked`, and its effect through the water.
@@ -180,10 +167,7 @@ fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
     let asked = snapshot.within_speed_max(&without_heading_offset(asked, snapshot));
     let command = snapshot.slew_limited_command(&asked);
     let held_back = wrap(command.heading.radians() - snapshot.command(&asked).heading.radians());
-    let through_water = Reference {
-        heading: Heading::new(asked.heading.radians() + held_back),
-        ..asked
-    };
+    let through_water = Reference { heading: Heading::new(asked.heading.radians() + held_back), ..asked };
     (command, through_water)
 }
 
@@ -204,11 +188,7 @@ fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
     let levels = [planned, previous_plan(horizon), Some(los.clone())];
     let cost = |level: &Level| level.candidate.predicted.cost;
     let best = levels.into_iter().flatten().reduce(|best, next| {
-        if horizon.parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) {
-            next
-        } else {
-            best
-        }
+        if horizon.parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) { next } else { best }
     });
     let best = best.expect("line of sight is always there");
     steered(best, horizon)
@@ -222,10 +202,7 @@ fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
         .and_then(|previous| Some(snapshot.t_s - previous.trajectory.first()?.t_s))
         .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
     let (alarm, tuned) = (estimate.monitor.alarm, &snapshot.tuned().craft);
-    CraftEstimate {
-        realised: estimate.realised.after(distance, elapsed, alarm, tuned),
-        ..estimate
-    }
+    CraftEstimate { realised: estimate.realised.after(distance, elapsed, alarm, tuned), ..estimate }
 }
 
 /// A level with its heading reference limited: the law's turns no faster than the craft, and at
@@ -239,15 +216,8 @@ fn steered(level: Level, horizon: &Horizon<'_>) -> Level {
     }
     let (snapshot, planned) = (horizon.snapshot, &horizon.craft.limits);
     let at_speed = horizon.parameters.hard_turn_share * planned.speed_max < snapshot.asc.speed_mps;
-    let rate = if at_speed {
-        planned.turn_rate_max
-    } else {
-        snapshot.craft_model().limits.turn_rate_max
-    };
-    Level {
-        reference: slew_limited(level.reference, horizon, rate),
-        ..level
-    }
+    let rate = if at_speed { planned.turn_rate_max } else { snapshot.craft_model().limits.turn_rate_max };
+    Level { reference: slew_limited(level.reference, horizon, rate), ..level }
 }
 
 /// The answers of all line-of-sight laws for `snapshot` with the gains in `parameters`:
@@ -281,9 +251,7 @@ pub fn baseline_from(
     let horizon = Horizon::new(snapshot, parameters, &goal);
     let rollout = horizon.line_of_sight_with_memory(law.clone());
     let asc = AscNow::from(snapshot);
-    let through_water = law
-        .clone()
-        .steer(snapshot.t_s, &asc, &goal.at(0.0), snapshot.limits());
+    let through_water = law.clone().steer(snapshot.t_s, &asc, &goal.at(0.0), snapshot.limits());
     baseline(&horizon, &through_water, &rolled_out(&horizon, &rollout), None)
 }
 
@@ -305,11 +273,7 @@ fn baseline(
 }
 
 fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
-    LosTuning {
-        law,
-        gains: parameters.los,
-        integral_gain: parameters.integral_gain,
-    }
+    LosTuning { law, gains: parameters.los, integral_gain: parameters.integral_gain }
 }
 
 /// The law's level, and its rollout, which is also an initial guess.
@@ -319,13 +283,7 @@ fn line_of_sight(horizon: &Horizon<'_>) -> (Level, Rollout) {
     let (asc, goal) = (AscNow::from(snapshot), horizon.forecast.at(0.0));
     let level = Level {
         method: Method::SaturatedLos,
-        reference: saturated_los(
-            &asc,
-            &goal,
-            horizon.goal_course,
-            parameters.los,
-            snapshot.limits(),
-        ),
+        reference: saturated_los(&asc, &goal, horizon.goal_course, parameters.los, snapshot.limits()),
         candidate: rolled_out(horizon, &rollout),
     };
     (level, rollout)
@@ -345,11 +303,7 @@ fn planned(horizon: &Horizon<'_>, candidate: CandidateTrajectory) -> Level {
         },
         speed: velocity_at(speed_lead(&horizon.craft)).norm(),
     };
-    Level {
-        method: Method::Mpc,
-        reference: towards(&next, horizon),
-        candidate,
-    }
+    Level { method: Method::Mpc, reference: towards(&next, horizon), candidate }
 }
 
 /// The previous plan, continued: its trajectory from now, held at its end.

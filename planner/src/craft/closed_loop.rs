@@ -135,10 +135,7 @@ impl HeadingDynamics {
     pub fn lag(self) -> f64 {
         match self {
             Self::FirstOrder { time_constant } => time_constant,
-            Self::SecondOrder {
-                natural_frequency,
-                damping,
-            } => 2.0 * damping / natural_frequency,
+            Self::SecondOrder { natural_frequency, damping } => 2.0 * damping / natural_frequency,
         }
     }
 }

@@ -40,9 +40,7 @@ pub(super) fn sound(matrix: &Matrix3<f64>) -> Matrix3<f64> {
     // Differences of large variances and a poor linearisation can leave a negative eigenvalue.
     if matrix.cholesky().is_none() {
         let mut eigen = matrix.symmetric_eigen();
-        eigen
-            .eigenvalues
-            .apply(|eigenvalue| *eigenvalue = eigenvalue.max(VARIANCE_MIN));
+        eigen.eigenvalues.apply(|eigenvalue| *eigenvalue = eigenvalue.max(VARIANCE_MIN));
         let recomposed = eigen.recompose();
         matrix = (recomposed + recomposed.transpose()) * 0.5;
     }

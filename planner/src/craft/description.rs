@@ -19,10 +19,7 @@ use crate::facts::ranges::{CRAFT, HEADING_LOOP, POWER, Range, SURGE_LOOP};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(
     deny_unknown_fields,
-    bound(
-        serialize = "N: Serialize + Default + PartialEq",
-        deserialize = "N: Deserialize<'de> + Default"
-    )
+    bound(serialize = "N: Serialize + Default + PartialEq", deserialize = "N: Deserialize<'de> + Default")
 )]
 #[schema(as = Craft)]
 #[schemars(rename = "Craft", bound = "N: JsonSchema + Default + PartialEq")]
@@ -31,19 +28,11 @@ pub struct CraftDescription<N = f64> {
     #[schema(example = "medusa")]
     pub preset: Option<String>,
     /// Response of the heading loop; the preset's if left out.
-    #[serde(
-        default,
-        deserialize_with = "default_for_null",
-        skip_serializing_if = "is_default"
-    )]
+    #[serde(default, deserialize_with = "default_for_null", skip_serializing_if = "is_default")]
     #[schema(value_type = Option<HeadingLoop>)]
     pub heading_loop: HeadingLoop<N>,
     /// Response of the speed loop; the preset's if left out.
-    #[serde(
-        default,
-        deserialize_with = "default_for_null",
-        skip_serializing_if = "is_default"
-    )]
+    #[serde(default, deserialize_with = "default_for_null", skip_serializing_if = "is_default")]
     #[schema(value_type = Option<SurgeLoop>)]
     pub surge_loop: SurgeLoop<N>,
     /// Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
@@ -131,10 +120,9 @@ impl From<&Craft> for CraftDescription {
         let (heading, surge) = (&craft.heading, &craft.surge);
         let (time_constant_s, natural_frequency_radps, damping) = match heading.dynamics {
             HeadingDynamics::FirstOrder { time_constant } => (Some(time_constant), None, None),
-            HeadingDynamics::SecondOrder {
-                natural_frequency,
-                damping,
-            } => (None, Some(natural_frequency), Some(damping)),
+            HeadingDynamics::SecondOrder { natural_frequency, damping } => {
+                (None, Some(natural_frequency), Some(damping))
+            }
         };
         Self {
             preset: None,
@@ -167,10 +155,9 @@ impl HeadingLoop {
     pub fn dynamics(&self) -> Option<HeadingDynamics> {
         match (self.time_constant_s, self.natural_frequency_radps, self.damping) {
             (Some(time_constant), ..) => Some(HeadingDynamics::FirstOrder { time_constant }),
-            (None, Some(natural_frequency), Some(damping)) => Some(HeadingDynamics::SecondOrder {
-                natural_frequency,
-                damping,
-            }),
+            (None, Some(natural_frequency), Some(damping)) => {
+                Some(HeadingDynamics::SecondOrder { natural_frequency, damping })
+            }
             (None, _, _) => None,
         }
     }
@@ -179,10 +166,7 @@ impl HeadingLoop {
 impl CraftDescription {
     /// The known craft of that name, without other members.
     pub fn of_preset(name: &str) -> Self {
-        Self {
-            preset: Some(name.to_owned()),
-            ..Self::default()
-        }
+        Self { preset: Some(name.to_owned()), ..Self::default() }
     }
 
     /// The named preset.
@@ -275,12 +259,8 @@ impl<N> CraftDescription<N> {
         let [linear, cubic] = &POWER;
         CraftDescription {
             preset: self.preset.clone(),
-            heading_loop: self
-                .heading_loop
-                .map(|range, given| of("heading_loop/", range, given)),
-            surge_loop: self
-                .surge_loop
-                .map(|range, given| of("surge_loop/", range, given)),
+            heading_loop: self.heading_loop.map(|range, given| of("heading_loop/", range, given)),
+            surge_loop: self.surge_loop.map(|range, given| of("surge_loop/", range, given)),
             sway_per_yaw_rate_s: of("", sway_per_yaw_rate, self.sway_per_yaw_rate_s.as_ref()),
             power: self.power.as_ref().map(|given| Power {
                 linear_w_per_mps: of("power/", linear, Some(&given.linear_w_per_mps)).unwrap_or_default(),
@@ -308,13 +288,7 @@ impl<N> HeadingLoop<N> {
 
 impl<N> SurgeLoop<N> {
     fn map<M>(&self, mut number: impl FnMut(&Range, Option<&N>) -> Option<M>) -> SurgeLoop<M> {
-        let [
-            time_constant,
-            delay,
-            acceleration_max,
-            deceleration_max,
-            integral_time,
-        ] = &SURGE_LOOP;
+        let [time_constant, delay, acceleration_max, deceleration_max, integral_time] = &SURGE_LOOP;
         SurgeLoop {
             time_constant_s: number(time_constant, self.time_constant_s.as_ref()),
             delay_s: number(delay, self.delay_s.as_ref()),
@@ -347,11 +321,7 @@ mod tests {
     #[test]
     fn integrates_false_differs_from_an_omitted_member() {
         let said = |integrates, integral_time_s| CraftDescription {
-            surge_loop: SurgeLoop {
-                integrates,
-                integral_time_s,
-                ..SurgeLoop::default()
-            },
+            surge_loop: SurgeLoop { integrates, integral_time_s, ..SurgeLoop::default() },
             ..CraftDescription::of_preset("medusa")
         };
         let time = |craft: &CraftDescription| craft.craft().surge.integral_time;

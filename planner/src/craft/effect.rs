@@ -40,11 +40,7 @@ pub(super) const EVIDENCE_MAX: f64 = 2.0 * EVIDENCE_ENOUGH;
 impl Effect {
     /// The start, for a loop at `seen`.
     pub(super) fn new(seen: f64) -> Self {
-        Self {
-            expected: seen,
-            seen,
-            ..Self::default()
-        }
+        Self { expected: seen, seen, ..Self::default() }
     }
 
     /// `true` if references are assumed without effect.
@@ -63,11 +59,7 @@ impl Effect {
         response: impl Fn(f64) -> f64,
     ) -> Self {
         let left = |from: f64| difference(reference, from).abs();
-        let from = if left(self.seen) < left(self.expected) {
-            self.seen
-        } else {
-            self.expected
-        };
+        let from = if left(self.seen) < left(self.expected) { self.seen } else { self.expected };
         let expected = response(from);
         let (expected_now, seen_now) = (difference(expected, from), difference(seen, self.seen));
         let reverses = expected_now * self.expected_change < 0.0
@@ -96,10 +88,7 @@ impl Effect {
 
     /// The same for a loop at `seen` whose changes restart.
     pub(super) fn restarted(&self, seen: f64) -> Self {
-        Self {
-            evidence: self.evidence,
-            ..Self::new(seen)
-        }
+        Self { evidence: self.evidence, ..Self::new(seen) }
     }
 
     /// The same while nothing can be expected of the loop at `seen`: the slowest craft moves with

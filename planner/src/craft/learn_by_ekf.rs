@@ -159,13 +159,7 @@ impl CraftEstimate {
 
     /// The filters one snapshot later.
     fn after(&self, step: &Step<'_>) -> Self {
-        let Step {
-            asc,
-            prior,
-            asked,
-            tuned,
-            ..
-        } = *step;
+        let Step { asc, prior, asked, tuned, .. } = *step;
         let mut next = *self;
         next.position = asc.position();
         next.delays = prior.delays();
@@ -190,9 +184,7 @@ impl CraftEstimate {
         };
         let asked_for = (next.followed_heading, next.followed_speed);
         let turned = next.heading_effect.seen_change;
-        next.monitor = self
-            .monitor
-            .after((asc, tuned), &expected, (crab, turned), asked_for, asked.elapsed);
+        next.monitor = self.monitor.after((asc, tuned), &expected, (crab, turned), asked_for, asked.elapsed);
         next.monitor.alarm |= next.heading_effect.is_missing() || next.speed_effect.is_missing();
         next
     }
@@ -218,8 +210,7 @@ impl CraftEstimate {
                 wrap(from + heading_change(wrap(heading - from), slowest.heading_time, rate_max, elapsed))
             };
             let sigma = tuned.effect_heading_sigma;
-            self.heading_effect
-                .after((heading, seen), (sigma, tuned), elapsed, turned, response)
+            self.heading_effect.after((heading, seen), (sigma, tuned), elapsed, turned, response)
         };
         // In a hard turn thrusters serve the turn first. A stuck craft does not turn.
         let turns_hard = tuned.hard_turn < self.heading_effect.seen_change.abs()
@@ -229,8 +220,7 @@ impl CraftEstimate {
         } else {
             let response = |from| surge_after(from, 0.0, speed, slowest, elapsed).0;
             let (both, sigma) = ((speed, asc.speed_mps), tuned.effect_speed_sigma);
-            self.speed_effect
-                .after(both, (sigma, tuned), elapsed, faster, response)
+            self.speed_effect.after(both, (sigma, tuned), elapsed, faster, response)
         };
     }
 
@@ -272,9 +262,7 @@ impl CraftEstimate {
     }
 
     fn learn_heading(&mut self, step: &Step<'_>) {
-        let Step {
-            craft, asked, tuned, ..
-        } = *step;
+        let Step { craft, asked, tuned, .. } = *step;
         let measured = step.asc.heading().radians();
         let ahead = wrap(asked.heading - self.followed_heading);
         let followed = self.followed_heading + behind(craft.heading_delay, asked.elapsed) * ahead;
@@ -305,18 +293,13 @@ impl CraftEstimate {
     }
 
     fn learn_surge(&mut self, step: &Step<'_>) {
-        let Step {
-            craft, asked, tuned, ..
-        } = *step;
+        let Step { craft, asked, tuned, .. } = *step;
         let measured = step.asc.speed_mps;
         let share = behind(craft.surge_delay, asked.elapsed);
         self.followed_speed += share * (asked.speed - self.followed_speed);
         let followed = self.followed_speed;
         let predict = |state: &Vector3<f64>| {
-            let model = CraftModel {
-                surge_time: state.y.exp(),
-                ..*craft
-            };
+            let model = CraftModel { surge_time: state.y.exp(), ..*craft };
             let (speed, bias) = surge_after(state.x, state.z, followed, &model, asked.elapsed);
             Vector3::new(speed, state.y, bias)
         };
@@ -331,10 +314,7 @@ impl CraftEstimate {
         let state = predicted + gain * innovation.clamp(-most, most);
         let bias_most = craft.surge_disturbance_max();
         self.surge = Vector3::new(
-            state.x.clamp(
-                measured - FILTERED_SPEED_ERROR_MAX,
-                measured + FILTERED_SPEED_ERROR_MAX,
-            ),
+            state.x.clamp(measured - FILTERED_SPEED_ERROR_MAX, measured + FILTERED_SPEED_ERROR_MAX),
             bounded_log_time(state.y, &step.prior.surge_lag, tuned),
             state.z.clamp(-bias_most, bias_most),
         );
@@ -348,9 +328,8 @@ impl CraftEstimate {
             let through_water = asc.ground_velocity()? - step.observation.declared_current?;
             Some((ned_from_body(asc.heading().radians()).transpose() * through_water).y)
         };
-        let Some(sway) = measured_sway(asc)
-            .or_else(across)
-            .filter(|_| asc.speed_mps.abs() > tuned.speed_with_drift)
+        let Some(sway) =
+            measured_sway(asc).or_else(across).filter(|_| asc.speed_mps.abs() > tuned.speed_with_drift)
         else {
             return;
         };
@@ -361,16 +340,12 @@ impl CraftEstimate {
         let gain = self.drift.variance * slope / variance;
         let most = DRIFT_MAX.max(step.prior.drift.mean.abs());
         let mean = self.drift.mean + gain * (sway - slope * self.drift.mean);
-        self.drift = Gaussian {
-            mean: mean.clamp(-most, most),
-            variance: (1.0 - gain * slope) * self.drift.variance,
-        };
+        self.drift =
+            Gaussian { mean: mean.clamp(-most, most), variance: (1.0 - gain * slope) * self.drift.variance };
     }
 
     fn learn_current(&mut self, step: &Step<'_>, before: &Vector2<f64>) {
-        let Step {
-            asc, asked, tuned, ..
-        } = *step;
+        let Step { asc, asked, tuned, .. } = *step;
         let over_ground = (asc.position() - before) / asked.elapsed;
         let sway = measured_sway(asc).unwrap_or(-self.drift.mean * asc.speed_mps * asc.yaw_rate_radps);
         // Mean heading and speed of the interval: both ends, measured and filtered.
@@ -393,11 +368,7 @@ fn measured_sway(asc: &Asc) -> Option<f64> {
 
 /// Share of a step that passes a lag of `delay` in `elapsed`.
 pub(super) fn behind(delay: f64, elapsed: f64) -> f64 {
-    if delay > 0.0 {
-        1.0 - (-elapsed / delay).exp()
-    } else {
-        1.0
-    }
+    if delay > 0.0 { 1.0 - (-elapsed / delay).exp() } else { 1.0 }
 }
 
 /// A time constant's logarithm, within the bounds of its prior.

@@ -26,11 +26,7 @@ impl CraftModel {
             surge_disturbance: estimate.surge.z,
             ..declared
         };
-        let mut model = if estimate.monitor.alarm {
-            learnt.cautious(tuned)
-        } else {
-            learnt
-        };
+        let mut model = if estimate.monitor.alarm { learnt.cautious(tuned) } else { learnt };
         if estimate.heading_effect.is_missing() {
             model.limits.turn_rate_max = tuned.effect_left * learnt.limits.turn_rate_max;
         }
@@ -55,12 +51,6 @@ impl CraftModel {
         let limits = self.limits;
         let least =
             (tuned.course_speed_ratio * current.norm()).min(tuned.course_speed_share * limits.speed_max);
-        Self {
-            limits: Limits {
-                speed_min: limits.speed_min.max(least),
-                ..limits
-            },
-            ..self
-        }
+        Self { limits: Limits { speed_min: limits.speed_min.max(least), ..limits }, ..self }
     }
 }

@@ -61,10 +61,7 @@ impl PreviousPlan {
         if let Some(figure) = &mut self.figure {
             put(&mut figure.north_m, &mut figure.east_m);
         }
-        let memory = self
-            .craft_estimate
-            .as_mut()
-            .map(|craft| craft.memory.as_mut_slice());
+        let memory = self.craft_estimate.as_mut().map(|craft| craft.memory.as_mut_slice());
         if let Some([north, east]) = memory.and_then(|memory| memory.get_mut(POSITION..POSITION + 2)) {
             put(north, east);
         }

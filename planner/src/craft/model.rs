@@ -62,10 +62,7 @@ impl CraftModel {
             None => tuned.disturbance_share,
         };
         let most = share * self.limits.acceleration_max.min(self.limits.deceleration_max);
-        Self {
-            surge_disturbance: self.surge_disturbance.clamp(-most, most),
-            ..self
-        }
+        Self { surge_disturbance: self.surge_disturbance.clamp(-most, most), ..self }
     }
 
     /// A craft that turns and accelerates more slowly.

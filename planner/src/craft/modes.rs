@@ -31,24 +31,14 @@ impl CraftEstimate {
     /// over ground along the bow, by the distance from the command. In still water they are
     /// indistinguishable and equivalent.
     pub(super) fn update_mode_evidence(&mut self, step: &Step<'_>) {
-        let Step {
-            asc,
-            prior,
-            craft,
-            asked,
-            tuned,
-            ..
-        } = *step;
+        let Step { asc, prior, craft, asked, tuned, .. } = *step;
         self.followed_command.x +=
             behind(craft.heading_lag(), asked.elapsed) * wrap(asked.command.x - self.followed_command.x);
         self.followed_command.x = wrap(self.followed_command.x);
         self.followed_command.y +=
             behind(craft.surge_lag(), asked.elapsed) * (asked.command.y - self.followed_command.y);
         let drifting = || {
-            let current = step
-                .observation
-                .declared_current
-                .or_else(|| self.current_from_positions())?;
+            let current = step.observation.declared_current.or_else(|| self.current_from_positions())?;
             Some(asc.water_velocity() + current)
         };
         let ground = asc.ground_velocity().or_else(drifting);

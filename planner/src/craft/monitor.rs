@@ -39,11 +39,7 @@ pub struct Monitor {
 impl Monitor {
     /// The monitor of a craft at its start.
     pub(crate) fn new(asc: &Asc) -> Self {
-        Self {
-            heading: asc.heading().radians(),
-            speed: asc.speed_mps,
-            ..Self::default()
-        }
+        Self { heading: asc.heading().radians(), speed: asc.speed_mps, ..Self::default() }
     }
 
     /// The monitor `elapsed` later, for references of heading and speed behind the loops' delays, a
@@ -66,17 +62,9 @@ impl Monitor {
         let share = |time: f64| 1.0 - (-elapsed / time).exp();
         let turn = tuned.turn_error * turned;
         let wrong_heading = beyond_lead(heading_error, change, craft.heading_time, elapsed);
-        let wrong_speed = beyond_lead(
-            speed_error,
-            expected_speed - self.speed,
-            craft.surge_time,
-            elapsed,
-        );
+        let wrong_speed = beyond_lead(speed_error, expected_speed - self.speed, craft.surge_time, elapsed);
         let square = (wrong_heading
-            / tuned
-                .following_heading_sigma
-                .hypot(tuned.crab_error * crab)
-                .hypot(turn))
+            / tuned.following_heading_sigma.hypot(tuned.crab_error * crab).hypot(turn))
         .abs()
         .max((wrong_speed / tuned.following_speed_sigma.hypot(turn)).abs())
         .min(tuned.following_error_max)
@@ -86,11 +74,7 @@ impl Monitor {
             heading: wrap(expected_heading + share(tuned.correction_time) * heading_error),
             speed: expected_speed + share(tuned.correction_time) * speed_error,
             statistic,
-            alarm: if self.alarm {
-                tuned.all_clear < statistic
-            } else {
-                tuned.alarm < statistic
-            },
+            alarm: if self.alarm { tuned.all_clear < statistic } else { tuned.alarm < statistic },
             heading_error,
             speed_error,
         }
@@ -103,11 +87,7 @@ impl Monitor {
 fn beyond_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
     let rate = if 0.0 < elapsed { change / elapsed } else { 0.0 };
     let lead = change.abs() + rate.abs() * time;
-    if 0.0 < error * change {
-        error.signum() * (error.abs() - lead).max(0.0)
-    } else {
-        error
-    }
+    if 0.0 < error * change { error.signum() * (error.abs() - lead).max(0.0) } else { error }
 }
 
 /// Distances to the goal under the planner and under the law.
@@ -130,20 +110,12 @@ impl Realised {
     pub fn after(&self, distance: f64, elapsed: f64, alarm: bool, tuned: &CraftNumbers) -> Self {
         let mut next = *self;
         next.since = (next.since + elapsed).min(SINCE_MAX);
-        let steering = if self.law_steers {
-            &mut next.law
-        } else {
-            &mut next.planner
-        };
+        let steering = if self.law_steers { &mut next.law } else { &mut next.planner };
         let share = 1.0 - (-elapsed / tuned.realised_time).exp();
         *steering += share * (distance.min(DISTANCE_MAX).powi(2) - *steering);
         // The other's result fades, so that it is tried again.
         let fade = (-elapsed / tuned.trial_memory).exp();
-        let resting = if self.law_steers {
-            &mut next.planner
-        } else {
-            &mut next.law
-        };
+        let resting = if self.law_steers { &mut next.planner } else { &mut next.law };
         *resting *= fade;
         if !alarm {
             // Until the law is tried, it counts as good as the planner.

@@ -29,9 +29,7 @@ pub(crate) fn surge_after(
     (0..SUBSTEPS).fold((speed, bias), |(speed, bias), _| {
         let asked = (reference - speed) / (craft.surge_time.max(0.5 * dt) + 0.5 * dt);
         let loop_gives = asked.clamp(-limits.deceleration_max, limits.acceleration_max);
-        let gathered = craft
-            .integral_time
-            .map_or(0.0, |time| loop_gives * (1.0 - (-dt / time).exp()));
+        let gathered = craft.integral_time.map_or(0.0, |time| loop_gives * (1.0 - (-dt / time).exp()));
         (speed + dt * (loop_gives + bias), bias + gathered)
     })
 }

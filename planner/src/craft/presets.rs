@@ -14,10 +14,7 @@ impl Craft {
     /// 55.1 kg/s. Power: quadratic surge drag, 27.5 N/(m/s)².
     pub const MEDUSA: Self = Self {
         heading: HeadingResponse {
-            dynamics: HeadingDynamics::SecondOrder {
-                natural_frequency: 1.6,
-                damping: 0.8,
-            },
+            dynamics: HeadingDynamics::SecondOrder { natural_frequency: 1.6, damping: 0.8 },
             delay: 0.0,
             rate_max: 0.3,
         },
@@ -29,10 +26,7 @@ impl Craft {
             integral_time: Some(26.0 / 3.0),
         },
         sway_per_yaw_rate: 50.0 / 55.1,
-        power: Power {
-            linear_w_per_mps: 0.0,
-            cubic_w_per_mps3: 27.5,
-        },
+        power: Power { linear_w_per_mps: 0.0, cubic_w_per_mps3: 27.5 },
         speed_held: SpeedReference::ThroughWater,
         heading_held: HeadingReference::Heading,
     };
@@ -46,10 +40,7 @@ impl Craft {
     /// fitted at 1 and 2 m/s.
     pub const OTTER: Self = Self {
         heading: HeadingResponse {
-            dynamics: HeadingDynamics::SecondOrder {
-                natural_frequency: 1.6,
-                damping: 0.8,
-            },
+            dynamics: HeadingDynamics::SecondOrder { natural_frequency: 1.6, damping: 0.8 },
             delay: 0.0,
             rate_max: 0.2,
         },
@@ -61,10 +52,7 @@ impl Craft {
             integral_time: Some(44.5 / 5.1),
         },
         sway_per_yaw_rate: 80.0 / 162.5,
-        power: Power {
-            linear_w_per_mps: 51.7,
-            cubic_w_per_mps3: 25.9,
-        },
+        power: Power { linear_w_per_mps: 51.7, cubic_w_per_mps3: 25.9 },
         speed_held: SpeedReference::ThroughWater,
         heading_held: HeadingReference::Heading,
     };
@@ -88,10 +76,7 @@ impl Craft {
             integral_time: None,
         },
         sway_per_yaw_rate: 0.8,
-        power: Power {
-            linear_w_per_mps: 0.0,
-            cubic_w_per_mps3: 40.0,
-        },
+        power: Power { linear_w_per_mps: 0.0, cubic_w_per_mps3: 40.0 },
         speed_held: SpeedReference::ThroughWater,
         heading_held: HeadingReference::Heading,
     };

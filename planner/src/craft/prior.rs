@@ -70,11 +70,7 @@ impl Prior {
     pub(crate) fn slowest(&self, limits: &Limits, tuned: &CraftNumbers) -> CraftModel {
         let craft = CraftModel::new(&self.craft, limits);
         let share = |declared| {
-            if declared {
-                tuned.slowest_rate_declared
-            } else {
-                tuned.slowest_rate
-            }
+            if declared { tuned.slowest_rate_declared } else { tuned.slowest_rate }
         };
         let (turning, surging) = (share(self.heading_declared), share(self.surge_declared));
         CraftModel {
@@ -111,10 +107,7 @@ impl Prior {
         Self {
             heading_lag: lag(craft.heading.time_constant(), heading_declared),
             surge_lag: lag(craft.surge.time_constant, surge_declared),
-            drift: Gaussian {
-                mean: craft.sway_per_yaw_rate,
-                variance: drift_sigma * drift_sigma,
-            },
+            drift: Gaussian { mean: craft.sway_per_yaw_rate, variance: drift_sigma * drift_sigma },
             heading_held: declared.heading_held.or(by_name.then_some(craft.heading_held)),
             speed_held: declared.speed_held.or(by_name.then_some(craft.speed_held)),
             heading_declared,

@@ -35,14 +35,11 @@ pub(crate) fn surge_disturbances(
     steps: &[f64],
     craft: &CraftModel,
 ) -> impl Iterator<Item = f64> {
-    let later = stages
-        .windows(2)
-        .zip(steps)
-        .scan(craft.surge_disturbance, |bias, (pair, dt)| {
-            let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
-            *bias = disturbance_after(*dt, *bias, acceleration, craft);
-            Some(*bias)
-        });
+    let later = stages.windows(2).zip(steps).scan(craft.surge_disturbance, |bias, (pair, dt)| {
+        let acceleration = (pair[1].velocity.norm() - pair[0].velocity.norm()) / dt;
+        *bias = disturbance_after(*dt, *bias, acceleration, craft);
+        Some(*bias)
+    });
     std::iter::once(craft.surge_disturbance).chain(later)
 }
 
@@ -106,15 +103,9 @@ impl Response<'_> {
         steps: &[f64],
         mut law: impl FnMut(f64, &AscNow, Surge) -> Reference,
     ) -> Rollout {
-        let mut asc = AscNow {
-            position: start.position,
-            heading,
-            current: self.current,
-        };
-        let mut surge = Surge {
-            speed: start.velocity.dot(&heading.unit()),
-            bias: self.craft.surge_disturbance,
-        };
+        let mut asc = AscNow { position: start.position, heading, current: self.current };
+        let mut surge =
+            Surge { speed: start.velocity.dot(&heading.unit()), bias: self.craft.surge_disturbance };
         let mut followed = self.heading_reference;
         let (mut stages, mut waypoints) = (vec![start], Vec::new());
         let mut time = 0.0;
@@ -141,10 +132,7 @@ impl Response<'_> {
                 });
             }
             time = end;
-            stages.push(Stage {
-                position: asc.position,
-                velocity: asc.heading.unit() * surge.speed,
-            });
+            stages.push(Stage { position: asc.position, velocity: asc.heading.unit() * surge.speed });
         }
         Rollout { stages, waypoints }
     }
@@ -162,11 +150,7 @@ impl Response<'_> {
         let middle = Heading::new(psi + 0.5 * dt * turn_rate).unit();
         let velocity = middle * (speed + 0.5 * dt * acceleration) + self.current;
         let heading = Heading::new(psi + dt * turn_rate);
-        let asc = AscNow {
-            position: asc.position + velocity * dt,
-            heading,
-            ..*asc
-        };
+        let asc = AscNow { position: asc.position + velocity * dt, heading, ..*asc };
         let surge = Surge {
             speed: speed + dt * acceleration,
             bias: disturbance_after(dt, bias, acceleration, craft),
@@ -195,11 +179,7 @@ pub(crate) struct Slew {
 impl Slew {
     /// The limits for `dt` s of a `craft` that turns at `rate`, rad/s.
     pub(crate) fn of(craft: &CraftModel, rate: f64, dt: f64) -> Self {
-        Self {
-            step: rate * dt,
-            leading_step: LEADING_RATE * dt,
-            lead: rate * craft.heading_lag(),
-        }
+        Self { step: rate * dt, leading_step: LEADING_RATE * dt, lead: rate * craft.heading_lag() }
     }
 }
 

@@ -24,10 +24,7 @@ struct Noise(u64);
 
 impl Noise {
     fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         f64::from(u32::try_from(self.0 >> 33).expect("has 31 bits")) / f64::from(1_u32 << 30) - 1.0
     }
 
@@ -92,11 +89,7 @@ impl Ship {
             };
             let clamped =
                 |rate: f64, most: f64, works: bool| if works { rate.clamp(-most, most) } else { 0.0 };
-            self.rate = clamped(
-                wrap(heading - held) / self.heading_lag,
-                Self::RATE_MAX,
-                has_rudder,
-            );
+            self.rate = clamped(wrap(heading - held) / self.heading_lag, Self::RATE_MAX, has_rudder);
             let acceleration = (speed - measured) / self.surge_lag;
             self.position += ground * 0.01;
             self.psi += 0.01 * self.rate;
@@ -243,11 +236,7 @@ fn undeclared_modes_of_the_loops_are_found_in_a_current() {
         (undeclared(), false, still, default),
         (declared(2.0), true, current, default),
     ] {
-        let mut ship = Ship {
-            current,
-            over_ground,
-            ..Ship::new(2.0, 2.0)
-        };
+        let mut ship = Ship { current, over_ground, ..Ship::new(2.0, 2.0) };
         let known = learnt(&mut ship, &declared, 400, 0.02, zig_zag, |_| ());
         let modes = known.modes(&Prior::from(&declared));
         assert_eq!(modes, expected, "{over_ground} {current}: {:?}", known.evidence);
@@ -285,25 +274,14 @@ fn noticed(ship: &mut Ship, declared: &CraftDescription, noise: f64) -> [Option<
 
 #[test]
 fn references_without_effect_are_noticed_within_ten_seconds() {
-    for (said, lag) in [
-        (None, 0.8),
-        (None, 2.0),
-        (None, 6.0),
-        (Some(1.0), 1.2),
-        (Some(2.0), 2.0),
-        (Some(3.0), 4.0),
-    ] {
+    for (said, lag) in
+        [(None, 0.8), (None, 2.0), (None, 6.0), (Some(1.0), 1.2), (Some(2.0), 2.0), (Some(3.0), 4.0)]
+    {
         for noise in [0.0, 0.01, 0.03] {
             // The speed reference changes at 110 s, the heading reference at 120 s.
             let sound = Ship::new(lag, lag);
-            let mut jammed = Ship {
-                heading_stuck_after: 105,
-                ..sound
-            };
-            let mut adrift = Ship {
-                speed_stuck_after: 105,
-                ..sound
-            };
+            let mut jammed = Ship { heading_stuck_after: 105, ..sound };
+            let mut adrift = Ship { speed_stuck_after: 105, ..sound };
             let [heading, speed] =
                 [&mut jammed, &mut adrift].map(|ship| noticed(ship, &maybe_declared(said), noise));
             let case = format!("declared {said:?} s, lag {lag} s, noise {noise}: {heading:?}, {speed:?}");
@@ -336,10 +314,7 @@ fn a_response_four_seconds_late_is_no_fault_for_any_step() {
 
 #[test]
 fn a_craft_beyond_an_approaching_reference_adds_no_evidence() {
-    let mut effect = Effect {
-        expected: 1.7,
-        ..Effect::new(1.95)
-    };
+    let mut effect = Effect { expected: 1.7, ..Effect::new(1.95) };
     for second in 0..30 {
         effect = stuck(&effect, 1.7 + 0.005 * f64::from(second));
         assert_eq!(effect.evidence, 0.0, "{second} s");
@@ -348,10 +323,7 @@ fn a_craft_beyond_an_approaching_reference_adds_no_evidence() {
 
 #[test]
 fn a_loop_without_effect_is_not_learnt() {
-    let mut jammed = Ship {
-        heading_stuck_after: 105,
-        ..Ship::new(2.0, 2.0)
-    };
+    let mut jammed = Ship { heading_stuck_after: 105, ..Ship::new(2.0, 2.0) };
     let known = learnt(&mut jammed, &undeclared(), 400, 0.02, zig_zag, |_| ());
     let prior = Prior::from(&undeclared());
     assert!(known.heading_effect.is_missing());
@@ -369,14 +341,9 @@ fn a_loop_without_effect_is_not_learnt() {
 
 #[test]
 fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
-    for (said, lag) in [
-        (None, 0.5),
-        (None, 2.0),
-        (None, 8.0),
-        (Some(1.0), 0.7),
-        (Some(2.0), 2.8),
-        (Some(6.0), 8.0),
-    ] {
+    for (said, lag) in
+        [(None, 0.5), (None, 2.0), (None, 8.0), (Some(1.0), 0.7), (Some(2.0), 2.8), (Some(6.0), 8.0)]
+    {
         let mut random = Noise(9);
         // Random steps every 20 s, with an oscillation in between.
         let mut to = (0.6, 0.0);
@@ -388,10 +355,7 @@ fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
         };
         let look = |known: &CraftEstimate| {
             let effects = [known.heading_effect, known.speed_effect];
-            assert!(
-                effects.iter().all(|effect| !effect.is_missing()),
-                "{said:?} {lag}"
-            );
+            assert!(effects.iter().all(|effect| !effect.is_missing()), "{said:?} {lag}");
         };
         let declared = maybe_declared(said);
         let _ = learnt(&mut Ship::new(lag, lag), &declared, 36_000, 0.03, law, look);
@@ -454,11 +418,7 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
     for _ in 0..20_000 {
         let [asked, from, bow] = [(); 3].map(|()| Heading::new(std::f64::consts::PI * random.next()));
         let [step, leading_step, lead] = [0.5, 0.5, 3.0].map(|most| most * random.next().abs());
-        let limits = Slew {
-            step,
-            leading_step,
-            lead,
-        };
+        let limits = Slew { step, leading_step, lead };
         let slew = step.max(leading_step);
         let given = limited_heading(asked, from, bow, limits).radians();
         assert!(given.is_finite());
@@ -471,10 +431,7 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
         }
         // Never beyond the request, seen from the bow.
         let (least, most) = (ahead.min(wanted).min(2.6), ahead.max(wanted).max(-2.6));
-        assert!(
-            least - 1e-12 <= side && side <= most + 1e-12,
-            "{side}: {ahead} to {wanted}"
-        );
+        assert!(least - 1e-12 <= side && side <= most + 1e-12, "{side}: {ahead} to {wanted}");
         // A near request is met exactly.
         if (wanted - ahead).abs() < step && wanted.abs() < 2.6 {
             near(wrap(given - asked), 0.0, 1e-12);
@@ -485,11 +442,7 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
 #[test]
 fn the_reference_of_a_slow_craft_takes_the_lead_of_a_turn_before_the_bow_does() {
     // At 0.07 rad/s and a lag of 12 s the lead is 0.84 rad: five steps of 0.17 rad instead of twelve.
-    let slew = Slew {
-        step: 0.07,
-        leading_step: 0.17,
-        lead: 0.84,
-    };
+    let slew = Slew { step: 0.07, leading_step: 0.17, lead: 0.84 };
     let [bow, port, starboard] = [0.0, -2.5, 2.5].map(Heading::new);
     for (side, asked) in [(-1.0, port), (1.0, starboard)] {
         let mut reference = bow;
@@ -511,11 +464,7 @@ fn a_command_has_the_course_and_speed_over_ground_that_the_loops_hold() {
         let (north, east) = (0.5 * random.next(), 0.5 * random.next());
         let reference = reference(speed, psi);
         let command = |heading_held, speed_held| {
-            let craft = Craft {
-                speed_held,
-                heading_held,
-                ..Craft::GENERIC
-            };
+            let craft = Craft { speed_held, heading_held, ..Craft::GENERIC };
             craft.command(&reference, &Vector2::new(north, east), 1.5)
         };
         let unchanged = command(HeadingReference::Heading, SpeedReference::ThroughWater);
@@ -550,11 +499,7 @@ fn without_a_ground_velocity_the_current_is_from_positions_else_from_memory() {
         later.known_current()
     };
     assert_eq!(with(start, None), Some(remembered));
-    let knowing = CraftEstimate {
-        current: learnt,
-        current_variance: 0.0025,
-        ..start
-    };
+    let knowing = CraftEstimate { current: learnt, current_variance: 0.0025, ..start };
     assert_eq!(with(knowing, None), Some(learnt));
     // It moves from the remembered current to the measured one, 0.
     let measured = with(knowing, Some(Vector2::new(0.6, 0.0))).expect("is measured");

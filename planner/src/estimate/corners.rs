@@ -20,12 +20,7 @@ pub(crate) struct TrackEdge {
 impl TrackEdge {
     pub(crate) fn new(pair: &[TrackPoint]) -> Self {
         let point = |point: &TrackPoint| Complex::new(point[1], point[2]);
-        Self {
-            from: point(&pair[0]),
-            to: point(&pair[1]),
-            start: pair[0][0],
-            end: pair[1][0],
-        }
+        Self { from: point(&pair[0]), to: point(&pair[1]), start: pair[0][0], end: pair[1][0] }
     }
 
     pub(crate) fn length(&self) -> f64 {
@@ -88,12 +83,7 @@ impl TrackEdge {
         seen: &[Complex<f64>],
         (tolerance, tuned): (f64, &EstimateNumbers),
     ) -> bool {
-        let way: Vec<_> = [self.to]
-            .iter()
-            .chain(corners)
-            .chain([&next.from])
-            .copied()
-            .collect();
+        let way: Vec<_> = [self.to].iter().chain(corners).chain([&next.from]).copied().collect();
         let length: f64 = way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
         let usual = 0.5 * (self.speed() + next.speed()) * (next.start - self.end);
         (length - usual).abs() <= tuned.turn_length_tolerance * usual + 2.0 * tolerance
@@ -153,10 +143,7 @@ impl Polyline {
 
     /// The point at an arc length, m.
     pub(crate) fn at(&self, along: f64) -> Complex<f64> {
-        let after = self
-            .along
-            .partition_point(|other| *other <= along)
-            .clamp(1, self.points.len() - 1);
+        let after = self.along.partition_point(|other| *other <= along).clamp(1, self.points.len() - 1);
         let [from, to] = [after - 1, after].map(|k| self.points[k].point);
         let length = (self.along[after] - self.along[after - 1]).max(f64::MIN_POSITIVE);
         from + (to - from) * ((along - self.along[after - 1]) / length).clamp(0.0, 1.0)

@@ -41,21 +41,13 @@ impl DepthLeg {
         let spread = sum(&|[t, _]| (t - middle[0]).powi(2));
         let rate = sum(&|[t, z]| (t - middle[0]) * (z - middle[1])) / spread;
         let off = sum(&|[t, z]| (z - middle[1] - rate * (t - middle[0])).powi(2));
-        (depths.len() > 1 && rate.is_finite()).then(|| Self {
-            middle,
-            rate,
-            bent: (off / n).sqrt(),
-        })
+        (depths.len() > 1 && rate.is_finite()).then(|| Self { middle, rate, bent: (off / n).sqrt() })
     }
 
     fn meets(&self, next: &Self) -> Apex {
         let [(t1, z1), (t2, z2)] = [self, next].map(|leg| leg.middle.into());
         let time = (z2 - z1 + self.rate * t1 - next.rate * t2) / (self.rate - next.rate);
-        Apex {
-            time,
-            depth: z1 + self.rate * (time - t1),
-            is_lowest: 0.0 < self.rate,
-        }
+        Apex { time, depth: z1 + self.rate * (time - t1), is_lowest: 0.0 < self.rate }
     }
 }
 
@@ -68,18 +60,14 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNu
     let [last, _] = *depths.last()?;
     let (least, most) = depths
         .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), [_, z]| {
-            (least.min(*z), most.max(*z))
-        });
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), [_, z]| (least.min(*z), most.max(*z)));
     let height = most - least;
     if height < tuned.sawtooth_height_min {
         return None;
     }
     let ends = ends(&depths, tuned.swing * height);
     // Reversal points are on neither leg.
-    let legs = ends
-        .windows(2)
-        .map(|end| DepthLeg::through(&depths[end[0] + 1..end[1]]));
+    let legs = ends.windows(2).map(|end| DepthLeg::through(&depths[end[0] + 1..end[1]]));
     let legs: Vec<_> = legs.collect();
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
@@ -103,10 +91,7 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNu
     let apexes: Vec<_> = legs.windows(2).map(|pair| pair[0].meets(&pair[1])).collect();
     let newest = apexes.last().filter(|_| APEXES_MIN <= apexes.len())?;
     let [shallow, deep] = [false, true].map(|is_lowest| {
-        let depths = apexes
-            .iter()
-            .filter(|apex| apex.is_lowest == is_lowest)
-            .map(|apex| apex.depth);
+        let depths = apexes.iter().filter(|apex| apex.is_lowest == is_lowest).map(|apex| apex.depth);
         let (n, sum, least, most) = depths.fold(
             (0.0, 0.0, f64::INFINITY, f64::NEG_INFINITY),
             |(n, sum, least, most): (f64, f64, f64, f64), z| (n + 1.0, sum + z, least.min(z), most.max(z)),
@@ -205,10 +190,7 @@ mod tests {
                 held += (depth - then).powi(2);
             }
         }
-        assert!(
-            90 <= n && found < 0.2_f64.powi(2) * held,
-            "{n}, {found} m², {held} m²"
-        );
+        assert!(90 <= n && found < 0.2_f64.powi(2) * held, "{n}, {found} m², {held} m²");
     }
 
     #[test]

@@ -86,9 +86,7 @@ impl Route {
     /// sails back or at another speed, or the path lies elsewhere.
     fn contradicts(&self, state: &AuvState, path: &KnownPath, tuned: &EstimateNumbers) -> bool {
         let point = path.path.at(path.path.closest(&state.position()));
-        let pace = tuned
-            .path_speed_sigma
-            .hypot(tuned.path_speed_share * path.speed_at(&point));
+        let pace = tuned.path_speed_sigma.hypot(tuned.path_speed_share * path.speed_at(&point));
         !self.is_followed()
             || self.fit.sense < 0.0
             || PACES_MAX * pace < self.fit.faster().abs()
@@ -154,10 +152,7 @@ impl<'a> Estimator<'a> {
         let own = path.filter(|own| others.first() != Some(own)).cloned();
         let paths: Vec<_> = others.into_iter().chain(own).collect();
         let found = self.filtered(reports, &paths, before);
-        Estimate {
-            dive: found.dive.filter(|_| auv.dive.is_none()),
-            ..found
-        }
+        Estimate { dive: found.dive.filter(|_| auv.dive.is_none()), ..found }
     }
 
     /// The estimate of an AUV in a given `state`, which is believed for now. What is known of its
@@ -196,28 +191,18 @@ impl<'a> Estimator<'a> {
         }
         let tuned = self.tuned;
         let states: Vec<_> = past.iter().chain([&newest]).map(as_report).enumerate().collect();
-        let telling = if path.is_some() {
-            TELLING_BESIDE_PATH
-        } else {
-            TELLING_STATES
-        };
+        let telling = if path.is_some() { TELLING_BESIDE_PATH } else { TELLING_STATES };
         let recent = &states[states.len().saturating_sub(telling)..];
         let free = Interacting::track(recent, tuned);
         let is_elsewhere = free.innovations.last().is_some_and(|newest| !newest.accepted);
         let alone = Estimate {
             velocity_contradicted: velocities_contradicted(recent, &free, tuned),
-            jumped: is_elsewhere
-                && past
-                    .last()
-                    .is_some_and(|last| past_states::is_jump(last, &newest)),
+            jumped: is_elsewhere && past.last().is_some_and(|last| past_states::is_jump(last, &newest)),
             ..alone
         };
         let on = |along: &Track<OnPath<'_>>, telling: usize| Route {
             probability: probability_of_following(recent, along, &free, telling),
-            fit: along
-                .filter
-                .fit()
-                .moved_to(&state.position(), along.filter.assumed().known),
+            fit: along.filter.fit().moved_to(&state.position(), along.filter.assumed().known),
             next_turn: along.filter.next_turn().map(|turn| turn.of_any_radius(tuned)),
             current: along.filter.assumed().current,
         };
@@ -252,12 +237,8 @@ impl<'a> Estimator<'a> {
     /// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
     fn filtered(&self, reports: &[Report], paths: &[KnownPath], before: Option<&[TrackPoint]>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
-        let ScreenedReports {
-            reports: screened,
-            track: free,
-            inflation,
-            velocity_contradicted,
-        } = ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
+        let ScreenedReports { reports: screened, track: free, inflation, velocity_contradicted } =
+            ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
         let infers = before.is_some();
         let before = before.filter(|_| paths.is_empty());
         let past_track = |scatter: f64| {
@@ -291,9 +272,8 @@ impl<'a> Estimator<'a> {
             None => (free.filter.combined(), &free.used),
         };
         let through_water = (filtered.velocity() - self.current).norm();
-        let steady_turn = (followed.is_none() && !due())
-            .then(|| SteadyTurn::newest(&free.used, tuned))
-            .flatten();
+        let steady_turn =
+            (followed.is_none() && !due()).then(|| SteadyTurn::newest(&free.used, tuned)).flatten();
         let state = self.state(&filtered, used);
         Estimate {
             state: steady_turn.map_or(state, |turn| turn.of(&state)),
@@ -345,10 +325,7 @@ impl<'a> Estimator<'a> {
         let used = reports.iter().enumerate();
         let used = used.filter(|(_, report)| oldest <= report.t_s);
         // A report from the future counts as from now.
-        let until_now = |report: &Report| Report {
-            t_s: report.t_s.min(self.now),
-            ..*report
-        };
+        let until_now = |report: &Report| Report { t_s: report.t_s.min(self.now), ..*report };
         let mut numbered: Vec<_> = used.map(|(number, report)| (number, until_now(report))).collect();
         numbered.sort_by(|(_, a), (_, b)| in_order(a, b));
         if (self.due)() {
@@ -365,14 +342,9 @@ impl<'a> Estimator<'a> {
         };
         let is_last = |place: usize, report: &Report| {
             let later = numbered[place + 1..].iter();
-            later
-                .take_while(|(_, later)| later.t_s == report.t_s)
-                .all(|(_, later)| !again(report, later))
+            later.take_while(|(_, later)| later.t_s == report.t_s).all(|(_, later)| !again(report, later))
         };
-        let last = numbered
-            .iter()
-            .enumerate()
-            .filter(|(place, (_, report))| is_last(*place, report));
+        let last = numbered.iter().enumerate().filter(|(place, (_, report))| is_last(*place, report));
         last.map(|(_, numbered)| *numbered).collect()
     }
 
@@ -402,24 +374,16 @@ impl<'a> Estimator<'a> {
         let likelier = |best: Track<OnPath<'b>>, assumed| likelier_on_path(best, &assumed, reports);
         let mut best = hypotheses.take_while(|_| !due()).fold(first, likelier);
         if !due() && repeats.is_none() && tuned.current_min <= self.current.norm() {
-            let over_ground = PathHypothesis {
-                current: Vector2::zeros(),
-                ..*best.filter.assumed()
-            };
+            let over_ground = PathHypothesis { current: Vector2::zeros(), ..*best.filter.assumed() };
             best = likelier(best, over_ground);
         }
-        for speed_density in [
-            tuned.pace_density_varied,
-            tuned.pace_density_uneven,
-            tuned.pace_density_erratic,
-        ] {
+        for speed_density in
+            [tuned.pace_density_varied, tuned.pace_density_uneven, tuned.pace_density_erratic]
+        {
             if due() || (repeats.is_none() && !best.is_inconsistent()) {
                 break;
             }
-            let less_steady = PathHypothesis {
-                speed_density,
-                ..*best.filter.assumed()
-            };
+            let less_steady = PathHypothesis { speed_density, ..*best.filter.assumed() };
             best = likelier(best, less_steady);
         }
         Some(best)
@@ -468,16 +432,13 @@ fn probability_of_following(
     let intervals = reports.iter().zip(&reports[1..]);
     let steps = intervals.map(|((_, from), (_, to))| to.t_s - from.t_s);
     let passed = along.innovations.len().saturating_sub(newest);
-    steps
-        .zip(likelihoods)
-        .skip(passed)
-        .fold(tuned.follows_at_first, |follows, (elapsed, (along, free))| {
-            let [leaves, returns] =
-                [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
-            let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
-            let ratio = (free - along).exp();
-            follows / (follows + (1.0 - follows) * ratio)
-        })
+    steps.zip(likelihoods).skip(passed).fold(tuned.follows_at_first, |follows, (elapsed, (along, free))| {
+        let [leaves, returns] =
+            [tuned.leaves_after, tuned.returns_after].map(|after| -(-elapsed / after).exp_m1());
+        let follows = follows * (1.0 - leaves) + (1.0 - follows) * returns;
+        let ratio = (free - along).exp();
+        follows / (follows + (1.0 - follows) * ratio)
+    })
 }
 
 /// Order by all members, time first and north-dependent ones last: the given order has no effect.
@@ -496,10 +457,7 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
         ]
     };
     let pairs = numbers(a).into_iter().zip(numbers(b));
-    pairs
-        .map(|(a, b)| a.total_cmp(&b))
-        .find(|order| order.is_ne())
-        .unwrap_or(Ordering::Equal)
+    pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
 /// Time and rate of turn between the two newest courses, if neither report has a rate.

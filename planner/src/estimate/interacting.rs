@@ -43,9 +43,7 @@ pub(crate) struct Interacting<'a> {
 impl<'a> Interacting<'a> {
     /// The track through `reports`, at least one, in order of time.
     pub(crate) fn track(reports: &[(usize, Report)], tuned: &'a EstimateNumbers) -> Track<Self> {
-        Track::through(reports, |report| {
-            Self::of_one(Kalman::start(report, tuned), report, tuned)
-        })
+        Track::through(reports, |report| Self::of_one(Kalman::start(report, tuned), report, tuned))
     }
 
     fn of_one(filter: Kalman, report: &Report, tuned: &'a EstimateNumbers) -> Self {
@@ -68,10 +66,7 @@ impl<'a> Interacting<'a> {
     fn predicted(&self, report: &Report) -> Self {
         let t = report.t_s - self.models[0].time;
         let speed = self.speed(report);
-        let (begin, end) = (
-            speed / self.tuned.straight_length,
-            speed / self.tuned.manoeuvre_length,
-        );
+        let (begin, end) = (speed / self.tuned.straight_length, speed / self.tuned.manoeuvre_length);
         let settled = -(-(begin + end) * t).exp_m1() / (begin + end);
         let (begun, ended) = (settled * begin, settled * end);
         let transition = [[1.0 - begun, begun], [ended, 1.0 - ended]];
@@ -80,10 +75,8 @@ impl<'a> Interacting<'a> {
             (Some(before), Some(now)) => 0.5 * (before + now),
             (None, _) | (_, None) => 0.0,
         };
-        let motions = [
-            MotionModel::straight(speed, self.tuned),
-            MotionModel::manoeuvre(speed, turn_rate, self.tuned),
-        ];
+        let motions =
+            [MotionModel::straight(speed, self.tuned), MotionModel::manoeuvre(speed, turn_rate, self.tuned)];
         let joint = |j: usize| -> [f64; N_MODELS] {
             std::array::from_fn(|i| self.probabilities[i] * transition[i][j])
         };
@@ -92,12 +85,7 @@ impl<'a> Interacting<'a> {
             let shares = joint(j).map(|share| share / probabilities[j]);
             mixture(&self.models, &shares).after(report.t_s, &motions[j])
         });
-        Self {
-            tuned: self.tuned,
-            models,
-            probabilities,
-            turn_rate: report.turn_rate_radps,
-        }
+        Self { tuned: self.tuned, models, probabilities, turn_rate: report.turn_rate_radps }
     }
 
     /// Speed of a manoeuvre until `report`, m/s.
@@ -105,10 +93,7 @@ impl<'a> Interacting<'a> {
         let t = report.t_s - self.models[0].time;
         let known = self.combined().mean_square_speed().sqrt();
         let reported = report.ground_track().map_or(0.0, |track| track.speed);
-        reported
-            .min(known + self.tuned.acceleration_max * t)
-            .max(known)
-            .max(self.tuned.manoeuvre_speed_min)
+        reported.min(known + self.tuned.acceleration_max * t).max(known).max(self.tuned.manoeuvre_speed_min)
     }
 
     /// `true` if a measurement is inside a model's gate; the manoeuvre's includes turns.
@@ -120,9 +105,8 @@ impl<'a> Interacting<'a> {
     /// Innovation of a position.
     fn innovation(&self, position: &Measurement) -> Innovation {
         let densities = self.models.iter().zip(&self.probabilities);
-        let density: f64 = densities
-            .map(|(model, probability)| probability * model.log_likelihood(position).exp())
-            .sum();
+        let density: f64 =
+            densities.map(|(model, probability)| probability * model.log_likelihood(position).exp()).sum();
         Innovation {
             accepted: self.is_in_gate(position),
             normalised: position.normalised_square(&self.combined()),
@@ -187,10 +171,8 @@ fn mixture(models: &[Kalman; N_MODELS], weights: &[f64; N_MODELS]) -> Kalman {
     let weighted = || models.iter().zip(weights);
     let first = models[0].mean;
     // Relative to the first, so that the mean of equals is exact.
-    let mean: Vector4<f64> = first
-        + weighted()
-            .map(|(model, weight)| (model.mean - first) * *weight)
-            .sum::<Vector4<f64>>();
+    let mean: Vector4<f64> =
+        first + weighted().map(|(model, weight)| (model.mean - first) * *weight).sum::<Vector4<f64>>();
     let covariance: Matrix4<f64> = weighted()
         .map(|(model, weight)| {
             let off = model.mean - mean;

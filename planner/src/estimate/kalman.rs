@@ -73,20 +73,14 @@ impl Kalman {
 
     /// The state at a later time, s, on a straight course.
     pub(crate) fn at(&self, time: f64, tuned: &EstimateNumbers) -> Self {
-        let straight = MotionModel::Straight {
-            density: tuned.acceleration_density,
-        };
+        let straight = MotionModel::Straight { density: tuned.acceleration_density };
         self.after(time, &straight)
     }
 
     /// The state at a later time, s, under a motion model.
     pub(crate) fn after(&self, time: f64, motion: &MotionModel) -> Self {
         let Transition { f, q } = motion.over(time - self.time);
-        Self {
-            time,
-            mean: f * self.mean,
-            covariance: symmetric(&(f * self.covariance * f.transpose() + q)),
-        }
+        Self { time, mean: f * self.mean, covariance: symmetric(&(f * self.covariance * f.transpose() + q)) }
     }
 
     /// The same velocity at another position with a standard deviation `sigma`, m.
@@ -193,6 +187,5 @@ fn symmetric(matrix: &Matrix4<f64>) -> Matrix4<f64> {
 }
 
 fn inverse(s: &Matrix2<f64>) -> Matrix2<f64> {
-    s.try_inverse()
-        .expect("a covariance of a measurement with errors is positive definite")
+    s.try_inverse().expect("a covariance of a measurement with errors is positive definite")
 }

@@ -76,11 +76,7 @@ pub(crate) fn legs(
                 report.position() - start.position(),
                 scatter * report.sigma_m.max(tuned.fix_sigma_min),
             );
-            Some((
-                cheapest[begin].0 + tuned.leg_price + sums.residual(),
-                begin,
-                *sums,
-            ))
+            Some((cheapest[begin].0 + tuned.leg_price + sums.residual(), begin, *sums))
         });
         let best = last_legs.min_by(|a, b| a.0.total_cmp(&b.0));
         cheapest.extend(best);
@@ -116,10 +112,7 @@ pub(crate) fn forgetting_length(track: &[TrackPoint], tuned: &EstimateNumbers) -
     let legs: Vec<_> = legs.filter(|leg| 0.0 < leg.norm()).collect();
     let way: f64 = legs.iter().map(Vector2::norm).sum();
     let angles = legs.windows(2).map(|pair| pair[0].angle(&pair[1]));
-    let turns: f64 = angles
-        .filter(|angle| TURN < *angle)
-        .map(|angle| 1.0 - angle.cos())
-        .sum();
+    let turns: f64 = angles.filter(|angle| TURN < *angle).map(|angle| 1.0 - angle.cos()).sum();
     (tuned.forgets_after + way) / (1.0 + turns)
 }
 
@@ -146,15 +139,9 @@ impl PastWork {
     /// ```
     /// with the mean square velocity v² and the time τ between turns.
     pub(crate) fn of(track: &[TrackPoint], here: &Vector2<f64>) -> Option<Self> {
-        let pairs = || {
-            track
-                .windows(2)
-                .map(|pair| (pair[1][0] - pair[0][0], place(&pair[0]), place(&pair[1])))
-        };
-        let steps: Vec<_> = pairs()
-            .map(|(_, from, to)| to - from)
-            .filter(|step| 0.0 < step.norm())
-            .collect();
+        let pairs =
+            || track.windows(2).map(|pair| (pair[1][0] - pair[0][0], place(&pair[0]), place(&pair[1])));
+        let steps: Vec<_> = pairs().map(|(_, from, to)| to - from).filter(|step| 0.0 < step.norm()).collect();
         let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
         let turns = steps.windows(2).filter(turned).count();
         let time = track.last()?[0] - track.first()?[0];
@@ -162,21 +149,14 @@ impl PastWork {
         let mean = |of: &dyn Fn(f64, Vector2<f64>, Vector2<f64>) -> f64| {
             pairs().map(|(time, from, to)| of(time, from, to)).sum::<f64>() / time
         };
-        let centre = pairs()
-            .map(|(time, from, to)| (from + to) * (0.5 * time))
-            .sum::<Vector2<f64>>()
-            / time;
+        let centre = pairs().map(|(time, from, to)| (from + to) * (0.5 * time)).sum::<Vector2<f64>>() / time;
         let variance = mean(&|time, from, to| {
             let (from, to) = (from - centre, to - centre);
             time * (from.norm_squared() + from.dot(&to) + to.norm_squared()) / 3.0
         });
         // A pair of points without duration has no speed.
         let square_speed = mean(&|time, from, to| {
-            if 0.0 < time {
-                (to - from).norm_squared() / time
-            } else {
-                0.0
-            }
+            if 0.0 < time { (to - from).norm_squared() / time } else { 0.0 }
         });
         let returns_in = (variance / (square_speed * between_turns)).max(between_turns);
         let is_inside = (here - centre).norm_squared() <= DEVIATIONS_INSIDE.powi(2) * variance;

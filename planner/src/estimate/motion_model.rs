@@ -45,34 +45,21 @@ pub(crate) struct Transition {
 impl MotionModel {
     /// Straight motion at a speed, m/s.
     pub(crate) fn straight(speed: f64, tuned: &EstimateNumbers) -> Self {
-        Self::Straight {
-            density: tuned.straight_density + tuned.straight_density_of_speed * speed * speed,
-        }
+        Self::Straight { density: tuned.straight_density + tuned.straight_density_of_speed * speed * speed }
     }
 
     /// A manoeuvre at a speed, m/s, above 0, with a rate of turn, rad/s, 0 if unknown.
     pub(crate) fn manoeuvre(speed: f64, turn_rate: f64, tuned: &EstimateNumbers) -> Self {
-        Self::Manoeuvre {
-            forgetting: speed / tuned.forgetting_length,
-            turn_rate,
-            variance: speed * speed,
-        }
+        Self::Manoeuvre { forgetting: speed / tuned.forgetting_length, turn_rate, variance: speed * speed }
     }
 
     /// The transition over `t` seconds.
     pub(crate) fn over(&self, t: f64) -> Transition {
         match *self {
-            Self::Straight { density: q } => transition(
-                t.into(),
-                1.0.into(),
-                [q * t.powi(3) / 3.0, q * t],
-                (0.5 * q * t * t).into(),
-            ),
-            Self::Manoeuvre {
-                forgetting,
-                turn_rate,
-                variance,
-            } => {
+            Self::Straight { density: q } => {
+                transition(t.into(), 1.0.into(), [q * t.powi(3) / 3.0, q * t], (0.5 * q * t * t).into())
+            }
+            Self::Manoeuvre { forgetting, turn_rate, variance } => {
                 let a = Complex::new(forgetting, -turn_rate);
                 let q = 2.0 * variance * forgetting;
                 let kept = (-a * t).exp();
@@ -101,8 +88,7 @@ fn transition(
     f.fixed_view_mut::<2, 2>(2, 2).copy_from(&turned(kept));
     let mut q = Matrix4::from_diagonal(&Vector4::new(position, position, velocity, velocity));
     q.fixed_view_mut::<2, 2>(0, 2).copy_from(&turned(correlation));
-    q.fixed_view_mut::<2, 2>(2, 0)
-        .copy_from(&turned(correlation.conj()));
+    q.fixed_view_mut::<2, 2>(2, 0).copy_from(&turned(correlation.conj()));
     Transition { f, q }
 }
 
@@ -121,14 +107,9 @@ mod tests {
     fn integrated(model: &MotionModel, t: f64) -> Transition {
         let (a, q) = match *model {
             MotionModel::Straight { density } => (Matrix2::zeros(), density),
-            MotionModel::Manoeuvre {
-                forgetting,
-                turn_rate,
-                variance,
-            } => (
-                Matrix2::new(-forgetting, -turn_rate, turn_rate, -forgetting),
-                2.0 * variance * forgetting,
-            ),
+            MotionModel::Manoeuvre { forgetting, turn_rate, variance } => {
+                (Matrix2::new(-forgetting, -turn_rate, turn_rate, -forgetting), 2.0 * variance * forgetting)
+            }
         };
         let mut drift = Matrix4::zeros();
         drift.fixed_view_mut::<2, 2>(0, 2).fill_with_identity();
@@ -158,10 +139,7 @@ mod tests {
                 let (closed, stepped) = (model.over(t), integrated(&model, t));
                 // Error of the midpoint rule: (|a| h)² of at most 2e-7, times the 60 s.
                 assert!((closed.f - stepped.f).amax() < 1e-5 * stepped.f.amax());
-                assert!(
-                    (closed.q - stepped.q).amax() < 1e-5 * stepped.q.amax(),
-                    "{model:?}"
-                );
+                assert!((closed.q - stepped.q).amax() < 1e-5 * stepped.q.amax(), "{model:?}");
             }
         }
     }

@@ -154,10 +154,7 @@ const SAME_TURN: f64 = 1.0;
 impl NextTurn {
     /// The turn on a path of unknown radii.
     pub(crate) fn of_any_radius(self, tuned: &EstimateNumbers) -> Self {
-        Self {
-            sigma_s: self.sigma_s.hypot(tuned.turn_begins_sigma),
-            ..self
-        }
+        Self { sigma_s: self.sigma_s.hypot(tuned.turn_begins_sigma), ..self }
     }
 }
 
@@ -269,28 +266,13 @@ impl PathFit {
         let forwards = 0.0 < self.sense;
         let under = pieces[..begun].last().filter(|piece| gamma <= piece.end());
         // The pieces ahead in the vehicle's order, with the distances of their ends.
-        let (first, laps) = if forwards {
-            (begun, 1.0)
-        } else {
-            (pieces.len() - begun + usize::from(under.is_some()), -1.0)
-        };
-        let n = if path.is_closed() {
-            pieces.len()
-        } else {
-            pieces.len().saturating_sub(first)
-        };
+        let (first, laps) =
+            if forwards { (begun, 1.0) } else { (pieces.len() - begun + usize::from(under.is_some()), -1.0) };
+        let n = if path.is_closed() { pieces.len() } else { pieces.len().saturating_sub(first) };
         let ahead = (first..first + n).map(|number| {
-            let lap = if number < pieces.len() {
-                0.0
-            } else {
-                laps * path.length()
-            };
+            let lap = if number < pieces.len() { 0.0 } else { laps * path.length() };
             let number = number % pieces.len();
-            let piece = &pieces[if forwards {
-                number
-            } else {
-                pieces.len() - 1 - number
-            }];
+            let piece = &pieces[if forwards { number } else { pieces.len() - 1 - number }];
             let (from, to) = (piece.from + lap - gamma, piece.end() + lap - gamma);
             (if forwards { (from, to) } else { (-to, -from) }, piece)
         });
@@ -300,15 +282,13 @@ impl PathFit {
             (_, true) => piece.end() - gamma,
             (_, false) => gamma - piece.from,
         });
-        let arcs = ahead
-            .filter(|(_, piece)| piece.curvature != 0.0)
-            .skip_while(|((from, to), _)| {
-                let is_same = *from <= turning_until + SAME_TURN;
-                if is_same {
-                    turning_until = *to;
-                }
-                is_same
-            });
+        let arcs = ahead.filter(|(_, piece)| piece.curvature != 0.0).skip_while(|((from, to), _)| {
+            let is_same = *from <= turning_until + SAME_TURN;
+            if is_same {
+                turning_until = *to;
+            }
+            is_same
+        });
         let angle = |piece: &Piece| self.sense * piece.curvature * piece.length;
         let (mut distance, mut end, mut by_rad) = (0.0, f64::NEG_INFINITY, 0.0);
         for ((from, to), piece) in arcs {
@@ -332,11 +312,7 @@ impl PathFit {
             + self.spread.along_density * in_s
             + self.spread.speed_density * in_s.powi(3) / 3.0
             + self.spread.path_variance;
-        Some(NextTurn {
-            in_s,
-            sigma_s: variance.max(0.0).sqrt() / speed,
-            by_rad,
-        })
+        Some(NextTurn { in_s, sigma_s: variance.max(0.0).sqrt() / speed, by_rad })
     }
 
     /// Derivative of position and speed by the state: rows north, east.
@@ -374,27 +350,21 @@ impl PathFit {
     fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
         let kept = (-t * self.spread.error_rate).exp();
         let way = t * self.rate(assumed);
-        let (turned, to_starboard) = if assumed
-            .known
-            .path
-            .is_straight_between(self.state.x, self.state.x + way)
-        {
-            self.state.x += way;
-            self.state[ERROR] *= kept;
-            (0.0, 0.0)
-        } else {
-            self.carry_round(t, assumed)
-        };
+        let (turned, to_starboard) =
+            if assumed.known.path.is_straight_between(self.state.x, self.state.x + way) {
+                self.state.x += way;
+                self.state[ERROR] *= kept;
+                (0.0, 0.0)
+            } else {
+                self.carry_round(t, assumed)
+            };
         let mut f = Matrix6::identity();
         f[(0, 1)] = self.sense * t;
         f[(ERROR, ERROR)] = kept;
         f[(0, CORNER)] = -self.sense * turned;
         f[(ERROR, CORNER)] = -assumed.tuned.corner_out * to_starboard;
-        let (q_s, q_b, q_o) = (
-            self.spread.along_density,
-            self.spread.speed_density,
-            self.spread.offset_density * t,
-        );
+        let (q_s, q_b, q_o) =
+            (self.spread.along_density, self.spread.speed_density, self.spread.offset_density * t);
         let turning = self.spread.turn_density * turned;
         let q_e = self.spread.error_variance * (1.0 - kept * kept) + turning;
         let q_along = q_s * t + q_b * t.powi(3) / 3.0 + turning;
@@ -462,17 +432,9 @@ impl PathFit {
 impl<'a> OnPath<'a> {
     /// Starts from one report, on each leg that is near enough.
     pub(crate) fn start(report: &Report, assumed: &PathHypothesis<'a>) -> Self {
-        let mut filter = Self {
-            assumed: *assumed,
-            time: report.t_s,
-            hypotheses: Vec::with_capacity(HYPOTHESES_MAX),
-        };
-        let PathHypothesis {
-            known,
-            roughness,
-            tuned,
-            ..
-        } = assumed;
+        let mut filter =
+            Self { assumed: *assumed, time: report.t_s, hypotheses: Vec::with_capacity(HYPOTHESES_MAX) };
+        let PathHypothesis { known, roughness, tuned, .. } = assumed;
         let navigations = navigations(tuned);
         for gamma in known.path.feet::<FEET_MAX>(&report.position(), tuned.reach) {
             for tracking in &trackings(tuned) {
@@ -540,11 +502,7 @@ impl<'a> OnPath<'a> {
             },
         };
         let innovation = self.take_in(&mut fit, report);
-        let share = if sense < 0.0 {
-            tuned.backwards
-        } else {
-            1.0 - tuned.backwards
-        };
+        let share = if sense < 0.0 { tuned.backwards } else { 1.0 - tuned.backwards };
         Hypothesis {
             probability: navigation.share
                 * tracking.share
@@ -573,9 +531,7 @@ impl<'a> OnPath<'a> {
 
     /// The most probable fit.
     pub(crate) fn fit(&self) -> PathFit {
-        self.hypotheses
-            .first()
-            .map_or_else(PathFit::default, |hypothesis| hypothesis.fit)
+        self.hypotheses.first().map_or_else(PathFit::default, |hypothesis| hypothesis.fit)
     }
 
     /// The most probable vehicle, as if it were free.
@@ -587,13 +543,9 @@ impl<'a> OnPath<'a> {
         let across_variance = self.assumed.tuned.across_sigma.powi(2) + swing;
         let with_speed = h * fit.covariance.column(1) * along.transpose() * fit.sense;
         let mut covariance = Matrix4::zeros();
-        covariance
-            .fixed_view_mut::<2, 2>(0, 0)
-            .copy_from(&(h * fit.covariance * h.transpose()));
+        covariance.fixed_view_mut::<2, 2>(0, 0).copy_from(&(h * fit.covariance * h.transpose()));
         covariance.fixed_view_mut::<2, 2>(0, 2).copy_from(&with_speed);
-        covariance
-            .fixed_view_mut::<2, 2>(2, 0)
-            .copy_from(&with_speed.transpose());
+        covariance.fixed_view_mut::<2, 2>(2, 0).copy_from(&with_speed.transpose());
         covariance.fixed_view_mut::<2, 2>(2, 2).copy_from(
             &(along * along.transpose() * fit.covariance.m22 + across * across.transpose() * across_variance),
         );
@@ -640,9 +592,7 @@ impl<'a> OnPath<'a> {
 
     /// Inserts a hypothesis by probability; drops the least probable if there are too many.
     fn insert(&mut self, hypothesis: &Hypothesis) {
-        let place = self
-            .hypotheses
-            .partition_point(|other| hypothesis.probability <= other.probability);
+        let place = self.hypotheses.partition_point(|other| hypothesis.probability <= other.probability);
         self.hypotheses.insert(place, *hypothesis);
         self.hypotheses.truncate(HYPOTHESES_MAX);
     }
@@ -659,13 +609,8 @@ impl<'a> OnPath<'a> {
 
     /// Normalises the probabilities and drops improbable hypotheses.
     fn normalise(&mut self) {
-        let sum: f64 = self
-            .hypotheses
-            .iter()
-            .map(|hypothesis| hypothesis.probability)
-            .sum();
-        self.hypotheses
-            .sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        let sum: f64 = self.hypotheses.iter().map(|hypothesis| hypothesis.probability).sum();
+        self.hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         self.hypotheses.retain_mut(|hypothesis| {
             hypothesis.probability /= sum;
             PROBABILITY_MIN <= hypothesis.probability
@@ -701,10 +646,7 @@ impl Filter for OnPath<'_> {
             }
             self.normalise();
         }
-        Innovation {
-            density,
-            ..innovation
-        }
+        Innovation { density, ..innovation }
     }
 
     /// The place on the path is kept and the path moves: the vehicle corrected its position.

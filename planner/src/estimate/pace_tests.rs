@@ -36,9 +36,7 @@ fn a_minute_ahead(surge: f64) -> (f64, f64) {
             let then = known.path.at(fit.along() + fit.sense * speed * AHEAD);
             let error = then.position + fit.offset() - place(t + AHEAD);
             let covariance = fit.position_covariance(then.tangent, AHEAD, 0.0);
-            let inverse = covariance
-                .try_inverse()
-                .expect("a covariance is positive definite");
+            let inverse = covariance.try_inverse().expect("a covariance is positive definite");
             normalised.push(error.dot(&(inverse * error)));
             variances.push(covariance.trace());
         }

@@ -27,9 +27,8 @@ const DEVIATIONS_MAX: f64 = 5.0;
 
 /// The `state` of a vehicle at time `now`, s.
 pub(crate) fn past_state(state: &AuvState, now: f64, tuned: &EstimateNumbers) -> PastState {
-    let sigma = state.covariance().map_or(tuned.state_sigma, |known| {
-        (0.5 * (known.m11 + known.m22)).max(0.0).sqrt()
-    });
+    let sigma =
+        state.covariance().map_or(tuned.state_sigma, |known| (0.5 * (known.m11 + known.m22)).max(0.0).sqrt());
     let velocity = state.velocity();
     [
         now - state.age_s,
@@ -63,19 +62,15 @@ pub(crate) fn before(remembered: &[PastState], until: f64) -> &[PastState] {
 pub(crate) fn kept(past: &[PastState], newest: PastState) -> Vec<PastState> {
     let is_apart = past.last().is_none_or(|last| INTERVAL_MIN <= newest[0] - last[0]);
     let kept = past.iter().copied().chain(is_apart.then_some(newest));
-    kept.skip((past.len() + usize::from(is_apart)).saturating_sub(PAST_STATES_MAX))
-        .collect()
+    kept.skip((past.len() + usize::from(is_apart)).saturating_sub(PAST_STATES_MAX)).collect()
 }
 
 /// `true` if a vehicle cannot have come from its `last` state to its `newest` one, even at twice the
 /// speed of either.
 pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
     let [from, to] = [last, newest].map(as_report);
-    let speed = [from, to]
-        .iter()
-        .filter_map(Report::ground_track)
-        .map(|track| track.speed)
-        .fold(0.0, f64::max);
+    let speed =
+        [from, to].iter().filter_map(Report::ground_track).map(|track| track.speed).fold(0.0, f64::max);
     let explained = 2.0 * speed * (to.t_s - from.t_s) + DEVIATIONS_MAX * from.sigma_m.hypot(to.sigma_m);
     explained < (to.position() - from.position()).norm()
 }
@@ -83,8 +78,6 @@ pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
 /// A past state as a report.
 pub(crate) fn as_report([t_s, north, east, sigma, velocity @ ..]: &PastState) -> Report {
     let velocity = Vector2::from(*velocity);
-    Report::new(*t_s, Vector2::new(*north, *east), *sigma).with_ground_track(Some(GroundTrack {
-        course: Course::of(&velocity),
-        speed: velocity.norm(),
-    }))
+    Report::new(*t_s, Vector2::new(*north, *east), *sigma)
+        .with_ground_track(Some(GroundTrack { course: Course::of(&velocity), speed: velocity.norm() }))
 }

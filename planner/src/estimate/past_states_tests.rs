@@ -24,9 +24,7 @@ fn after(
     let mut found: Vec<Estimate> = Vec::new();
     for second in times {
         let now = f64::from(second);
-        let before = found
-            .last()
-            .map_or((&[][..], &[][..]), |before| (&before.track, &before.states));
+        let before = found.last().map_or((&[][..], &[][..]), |before| (&before.track, &before.states));
         let estimate = Estimate::remembering(&Auv::new("a", state(now)), path, now, before);
         assert!(estimate.states.len() <= PAST_STATES_MAX);
         found.push(estimate);
@@ -79,11 +77,7 @@ fn a_state_that_contradicts_its_path_is_not_forecast_along_it_as_declared() {
     let followed = |route: Option<Route>| route.expect("contradicts").is_followed();
     assert!(!followed(along(FRAC_PI_2, SPEED, 0.0)) && !followed(along(0.0, SPEED, -100.0)));
     // Another speed and an offset by its navigation are learnt, as from reports.
-    near(
-        along(0.0, 3.0, 0.0).expect("is faster").fit.faster(),
-        3.0 - SPEED,
-        0.2,
-    );
+    near(along(0.0, 3.0, 0.0).expect("is faster").fit.faster(), 3.0 - SPEED, 0.2);
     assert!(followed(along(0.0, SPEED, -20.0)));
 }
 
@@ -91,11 +85,7 @@ fn a_state_that_contradicts_its_path_is_not_forecast_along_it_as_declared() {
 fn a_state_that_jumps_or_is_not_where_its_velocity_leads_is_noticed() {
     let line = |north: f64, speed: f64| moving(north, 0.0, 8.0, 0.0, speed);
     let found = after(0..200, None, |now| line(SPEED * now, SPEED));
-    assert!(
-        found
-            .iter()
-            .all(|found| !found.jumped && !found.velocity_contradicted)
-    );
+    assert!(found.iter().all(|found| !found.jumped && !found.velocity_contradicted));
     let jumped = |second: f64| if second < 120.0 { 0.0 } else { 1460.0 };
     let found = after(0..200, None, |now| line(SPEED * now + jumped(now), SPEED));
     let seconds: Vec<_> = (0..200).filter(|second| found[*second].jumped).collect();

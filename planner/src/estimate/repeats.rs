@@ -162,25 +162,16 @@ impl<'a> PastTrack<'a> {
     /// Way-points with turns of `radius`, m, and the speeds of the legs that end at them.
     fn rounded(&self, corners: &[TrackCorner], radius: f64) -> Option<Path> {
         let leg = |corner: &TrackCorner| Leg {
-            speed_mps: corner
-                .speed
-                .filter(|speed| (SPEED_AT_REST..=SPEED_MAX).contains(speed)),
+            speed_mps: corner.speed.filter(|speed| (SPEED_AT_REST..=SPEED_MAX).contains(speed)),
             depth_m: None,
         };
         let segment = Segment::Waypoints {
-            points: corners
-                .iter()
-                .map(|corner| [corner.point.re, corner.point.im])
-                .collect(),
+            points: corners.iter().map(|corner| [corner.point.re, corner.point.im]).collect(),
             fillet_m: None,
             turn_radius_m: Some(radius),
             legs: corners.iter().skip(1).map(leg).collect(),
         };
-        let declared = DeclaredPath {
-            segments: vec![segment],
-            closed: false,
-            speed_mps: self.speed,
-        };
+        let declared = DeclaredPath { segments: vec![segment], closed: false, speed_mps: self.speed };
         declared.path().ok()
     }
 
@@ -213,15 +204,8 @@ impl<'a> PastTrack<'a> {
                 }
                 continue;
             };
-            if best
-                .as_ref()
-                .is_none_or(|best| motion.residual < best.motion.residual)
-            {
-                best = Some(Match {
-                    span,
-                    lag: spacing * number(lag),
-                    motion,
-                });
+            if best.as_ref().is_none_or(|best| motion.residual < best.motion.residual) {
+                best = Some(Match { span, lag: spacing * number(lag), motion });
             }
         }
         let best = self.refined(&track, &places, spacing, best?);
@@ -231,20 +215,13 @@ impl<'a> PastTrack<'a> {
         let since_first_corner = (track.length() - track.along[1]) / best.lag;
         let repeats = Repeats {
             trust: self.trust(times, since_first_corner),
-            path: KnownPath {
-                path: Arc::new(path),
-                horizontal_speed: self.speed,
-            },
+            path: KnownPath { path: Arc::new(path), horizontal_speed: self.speed },
             track: RepeatedTrack {
                 pattern,
                 times,
                 period_m: best.lag,
                 leg_m: track.longest_leg_after(track.length() - 4.0 * best.lag),
-                spacing_m: if pattern == Pattern::Lanes {
-                    best.motion.glide()
-                } else {
-                    0.0
-                },
+                spacing_m: if pattern == Pattern::Lanes { best.motion.glide() } else { 0.0 },
                 residual_m: best.motion.residual,
             },
         };
@@ -268,22 +245,16 @@ impl<'a> PastTrack<'a> {
         // Only the newest legs count: a long transit may precede the lanes.
         let newest = &edges[edges.len().saturating_sub(NEWEST)..];
         let longest = newest.iter().map(TrackEdge::length).fold(0.0, f64::max);
-        let enough = (self.tuned.long_leg_share * longest)
-            .max(self.tuned.long_leg * self.sigma)
-            .max(4.0 * radius);
-        let long: Vec<_> = (0..edges.len())
-            .filter(|edge| enough <= edges[*edge].length())
-            .collect();
+        let enough =
+            (self.tuned.long_leg_share * longest).max(self.tuned.long_leg * self.sigma).max(4.0 * radius);
+        let long: Vec<_> = (0..edges.len()).filter(|edge| enough <= edges[*edge].length()).collect();
         let [first, .., last] = long[..] else {
             return Vec::new();
         };
         let mut corners: Vec<TrackCorner> = edges[..=first].iter().map(|edge| edge.from.into()).collect();
         for pair in long.windows(2) {
             let (before, after) = (&edges[pair[0]], &edges[pair[1]]);
-            let seen: Vec<_> = edges[pair[0] + 1..=pair[1]]
-                .iter()
-                .map(|edge| edge.from)
-                .collect();
+            let seen: Vec<_> = edges[pair[0] + 1..=pair[1]].iter().map(|edge| edge.from).collect();
             let n = corners.len();
             let turned = before.turn(after, radius, self.tuned);
             let tolerance = (radius + 3.0 * self.sigma, self.tuned);
@@ -376,9 +347,7 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
     let is_silent = newest.last().is_none_or(|last| SILENCE_MAX < first.t_s - last[0]);
     let earlier = newest.iter().copied().take_while(|point| point[0] < first.t_s);
-    let mut points: Vec<_> = earlier
-        .chain([[first.t_s, first.north_m, first.east_m]])
-        .collect();
+    let mut points: Vec<_> = earlier.chain([[first.t_s, first.north_m, first.east_m]]).collect();
     let is_one_track = points.windows(2).all(|pair| {
         let elapsed = pair[1][0] - pair[0][0];
         let moved = (place(&pair[1]) - place(&pair[0])).norm();
@@ -386,11 +355,7 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
         (0.0..=LEG_TIME_MAX).contains(&elapsed) && moved <= TRACK_SPEED_MAX * elapsed + 6.0 * first.sigma_m
     });
     points.pop();
-    if is_one_track && !is_silent {
-        points
-    } else {
-        Vec::new()
-    }
+    if is_one_track && !is_silent { points } else { Vec::new() }
 }
 
 /// Points in a chord for the comparison of courses; shorter chords are noise.
@@ -455,17 +420,8 @@ mod tests {
 
     /// A path through way-points.
     fn through(points: Vec<[f64; 2]>) -> Path {
-        let segments = vec![Segment::Waypoints {
-            points,
-            fillet_m: None,
-            turn_radius_m: None,
-            legs: vec![],
-        }];
-        let declared = DeclaredPath {
-            segments,
-            closed: false,
-            speed_mps: SPEED,
-        };
+        let segments = vec![Segment::Waypoints { points, fillet_m: None, turn_radius_m: None, legs: vec![] }];
+        let declared = DeclaredPath { segments, closed: false, speed_mps: SPEED };
         declared.path().expect("is a path")
     }
 
@@ -515,12 +471,7 @@ mod tests {
         let lengths = [150.0, 90.0, 200.0, 120.0, 170.0];
         let pair = |(k, length): (u32, f64)| {
             let east = 60.0 * f64::from(k);
-            [
-                [0.0, east],
-                [length, east],
-                [length, east + 30.0],
-                [0.0, east + 30.0],
-            ]
+            [[0.0, east], [length, east], [length, east + 30.0], [0.0, east + 30.0]]
         };
         let unequal = through((0..).zip(lengths).flat_map(pair).collect());
         // Shortly after the second turn of the fourth pair.
@@ -584,10 +535,7 @@ mod tests {
     fn a_fix_of_negligible_weight_keeps_all_points_finite() {
         let fix = |k: u32| {
             let (north, sigma) = if k < 5 { (0.0, 1.0e-3) } else { (3.0e5, 1.0e5) };
-            (
-                0,
-                Report::new(10.0 * f64::from(k), Vector2::new(north, 0.0), sigma),
-            )
+            (0, Report::new(10.0 * f64::from(k), Vector2::new(north, 0.0), sigma))
         };
         let fixes: Vec<_> = (0..8).map(fix).collect();
         let past_track = PastTrack::new(&[], &fixes, &Vector2::zeros(), 1.0, TUNED);

@@ -53,11 +53,7 @@ impl RigidMotion {
         let size = product.norm();
         Self {
             mirrored,
-            turn: if size > 0.0 {
-                product / size
-            } else {
-                Complex::new(1.0, 0.0)
-            },
+            turn: if size > 0.0 { product / size } else { Complex::new(1.0, 0.0) },
             from,
             to,
             residual: ((squares - 2.0 * size) / n).max(0.0).sqrt(),

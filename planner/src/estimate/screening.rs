@@ -47,28 +47,17 @@ impl<'a> ScreenedReports<'a> {
         due: &dyn Fn() -> bool,
     ) -> Self {
         let claimed = without_echoes(claimed, tuned);
-        let positions: Vec<_> = claimed
-            .iter()
-            .map(|(number, report)| (*number, report.with_ground_track(None)))
-            .collect();
+        let positions: Vec<_> =
+            claimed.iter().map(|(number, report)| (*number, report.with_ground_track(None))).collect();
         let (inflation, without) = inflated(&positions, tuned, due);
         let reports = with_inflation(&claimed, inflation);
         if claimed.iter().all(|(_, report)| report.ground_track().is_none()) {
-            return Self {
-                reports,
-                track: without,
-                inflation,
-                velocity_contradicted: false,
-            };
+            return Self { reports, track: without, inflation, velocity_contradicted: false };
         }
         let with = Interacting::track(&reports, tuned);
         let velocity_contradicted = contradicts(&without, &with, tuned);
         Self {
-            reports: if velocity_contradicted {
-                with_inflation(&positions, inflation)
-            } else {
-                reports
-            },
+            reports: if velocity_contradicted { with_inflation(&positions, inflation) } else { reports },
             track: if velocity_contradicted { without } else { with },
             inflation,
             velocity_contradicted,
@@ -135,11 +124,7 @@ fn mean_step(reports: &[(usize, Report)]) -> f64 {
 
 fn with_inflation(reports: &[(usize, Report)], inflation: f64) -> Vec<(usize, Report)> {
     let inflated = |(number, report): &(usize, Report)| {
-        let sigma_m = if inflation > 0.0 {
-            report.sigma_m.hypot(inflation)
-        } else {
-            report.sigma_m
-        };
+        let sigma_m = if inflation > 0.0 { report.sigma_m.hypot(inflation) } else { report.sigma_m };
         (*number, Report { sigma_m, ..*report })
     };
     reports.iter().map(inflated).collect()
@@ -151,10 +136,8 @@ pub(crate) fn velocities_contradicted(
     with: &Track<Interacting>,
     tuned: &EstimateNumbers,
 ) -> bool {
-    let positions: Vec<_> = reports
-        .iter()
-        .map(|(number, report)| (*number, report.with_ground_track(None)))
-        .collect();
+    let positions: Vec<_> =
+        reports.iter().map(|(number, report)| (*number, report.with_ground_track(None))).collect();
     contradicts(&Interacting::track(&positions, tuned), with, tuned)
 }
 
@@ -163,11 +146,7 @@ fn contradicts(without: &Track<Interacting>, with: &Track<Interacting>, tuned: &
     let mut sum: f64 = 0.0;
     let both = without.log_likelihoods().zip(with.log_likelihoods());
     for (k, (without, with)) in both.enumerate() {
-        let most = if k < 2 {
-            tuned.velocity_evidence_at_first
-        } else {
-            f64::INFINITY
-        };
+        let most = if k < 2 { tuned.velocity_evidence_at_first } else { f64::INFINITY };
         let gain = (without - with).min(most);
         sum = (sum + gain).clamp(0.0, 2.0 * tuned.velocity_evidence);
     }

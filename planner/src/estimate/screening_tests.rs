@@ -43,13 +43,7 @@ struct Case {
 impl Case {
     /// A vehicle whose fixes have the claimed accuracy, or of 1 m.
     fn new(says: Says, speed: f64, interval: f64, claimed: f64, is_true: bool) -> Self {
-        Self {
-            speed,
-            interval,
-            claimed,
-            actual: if is_true { claimed } else { 1.0 },
-            says,
-        }
+        Self { speed, interval, claimed, actual: if is_true { claimed } else { 1.0 }, says }
     }
 
     /// Reports of ten minutes, from 6 to the most in a request.
@@ -197,12 +191,9 @@ mod slow {
 
     #[test]
     fn overconfident_fixes_get_their_true_weight() {
-        for (says, speed) in [
-            (Says::Nothing, 0.05),
-            (Says::Nothing, 0.2),
-            (Says::Nothing, 0.9),
-            (Says::Truth, 0.9),
-        ] {
+        for (says, speed) in
+            [(Says::Nothing, 0.05), (Says::Nothing, 0.2), (Says::Nothing, 0.9), (Says::Truth, 0.9)]
+        {
             for (claimed, interval) in CLAIMS.iter().flat_map(|claimed| INTERVALS.map(|t| (*claimed, t))) {
                 let case = Case::new(says, speed, interval, claimed, false);
                 let (old, new) = (outcome(case, before), outcome(case, after));
@@ -224,10 +215,7 @@ mod slow {
         for says in [Says::Nothing, Says::Truth] {
             for (sigma, interval) in CLAIMS.iter().flat_map(|sigma| INTERVALS.map(|t| (*sigma, t))) {
                 // Fixes farther apart than a lane show no velocity.
-                for speed in [0.05, 0.9, 3.0]
-                    .into_iter()
-                    .filter(|speed| speed * interval < 100.0)
-                {
+                for speed in [0.05, 0.9, 3.0].into_iter().filter(|speed| speed * interval < 100.0) {
                     let case = Case::new(says, speed, interval, sigma, true);
                     for seed in 0..N_FLIGHTS {
                         let screened = screened(flight(case, case.n(), seed).0);

@@ -57,11 +57,7 @@ impl Flight {
     fn new(band: Band, seed: u64) -> Self {
         let mut random = Random(seed);
         // A vehicle at 3 m/s does not turn within 10 m.
-        let (radius, lane) = if band.speed > 2.0 {
-            (20.0, 200.0)
-        } else {
-            (10.0, 100.0)
-        };
+        let (radius, lane) = if band.speed > 2.0 { (20.0, 200.0) } else { (10.0, 100.0) };
         let heading = std::f64::consts::TAU * random.uniform();
         let path = Path::lawn_mower(Vector2::new(3.0, -7.0), heading, lane, 2.0 * radius, 24);
         let now = HISTORY + random.uniform() * (1500.0 / band.speed).min(1500.0);
@@ -71,11 +67,7 @@ impl Flight {
             let (fix, telemetry) = (random.normal() * band.sigma, random.normal());
             if random.uniform() >= LOSS {
                 let point = path.at(band.speed * time);
-                let errors = if band.telemetry == Telemetry::Noisy {
-                    telemetry
-                } else {
-                    Vector2::zeros()
-                };
+                let errors = if band.telemetry == Telemetry::Noisy { telemetry } else { Vector2::zeros() };
                 let has_telemetry = band.telemetry != Telemetry::None;
                 let track = has_telemetry.then(|| GroundTrack {
                     course: Course::new(point.tangent + 0.05 * errors.x),
@@ -89,12 +81,7 @@ impl Flight {
             }
             time += INTERVAL;
         }
-        Self {
-            path,
-            speed: band.speed,
-            reports,
-            now,
-        }
+        Self { path, speed: band.speed, reports, now }
     }
 
     /// True position and velocity.
@@ -139,11 +126,7 @@ struct Outcome {
 }
 
 fn outcome(speed: f64, sigma: f64, telemetry: Telemetry) -> Outcome {
-    let band = Band {
-        speed,
-        sigma,
-        telemetry,
-    };
+    let band = Band { speed, sigma, telemetry };
     let mut sum = Outcome::default();
     let mut n = 0.0;
     for seed in 0..N_FLIGHTS {
@@ -154,10 +137,7 @@ fn outcome(speed: f64, sigma: f64, telemetry: Telemetry) -> Outcome {
             continue;
         }
         let (position, velocity) = flight.truth(flight.now - found.state.age_s);
-        let (dp, dv) = (
-            found.state.position() - position,
-            found.state.velocity() - velocity,
-        );
+        let (dp, dv) = (found.state.position() - position, found.state.velocity() - velocity);
         let error = Vector4::new(dp.x, dp.y, dv.x, dv.y);
         let covariance = found.state.covariance().expect("made of reports");
         let inverse = covariance.try_inverse().expect("positive definite");

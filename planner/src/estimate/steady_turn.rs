@@ -111,12 +111,10 @@ impl SteadyTurn {
                 0.0 => Complex::new(time, 0.0),
                 _ => (Complex::cis(rate * time) - 1.0) / Complex::new(0.0, rate),
             };
-            let sums = newest
-                .iter()
-                .scan(Sums::default(), move |sums, (time, z, sigma)| {
-                    *sums = sums.and(chord(*time), *z, *sigma);
-                    Some(*sums)
-                });
+            let sums = newest.iter().scan(Sums::default(), move |sums, (time, z, sigma)| {
+                *sums = sums.and(chord(*time), *z, *sigma);
+                Some(*sums)
+            });
             sums.map(move |sums| (rate, sums.fit()))
         };
         let straight: Vec<_> = fits(0.0).collect();
@@ -142,11 +140,7 @@ impl SteadyTurn {
                 && tuned.steady_turn_gain <= bent - misfit
                 && tuned.steady_turn_time <= lasted
                 && tuned.steady_turn_min <= rate.abs() * lasted;
-            is_clear.then_some(Self {
-                velocity: Vector2::new(velocity.re, velocity.im),
-                rate,
-                lasted,
-            })
+            is_clear.then_some(Self { velocity: Vector2::new(velocity.re, velocity.im), rate, lasted })
         });
         turns.next()
     }
@@ -163,9 +157,7 @@ mod tests {
     /// The turn of a vehicle that followed `path` for a `time`, s, with a fix every ten seconds.
     fn turn(path: &Path, time: f64, seed: u64) -> Option<SteadyTurn> {
         let mut random = Random(seed);
-        let times = (0..64)
-            .map(|k| time - 10.0 * f64::from(63 - k))
-            .filter(|t_s| 0.0 <= *t_s);
+        let times = (0..64).map(|k| time - 10.0 * f64::from(63 - k)).filter(|t_s| 0.0 <= *t_s);
         let fix = |t_s: f64| {
             let place = path.at(SPEED * t_s).position + random.normal() * SIGMA;
             (0, Report::new(t_s, place, SIGMA))
@@ -175,17 +167,8 @@ mod tests {
 
     /// A path through way-points in lines.
     fn through(points: Vec<[f64; 2]>) -> Path {
-        let segments = vec![Segment::Waypoints {
-            points,
-            fillet_m: None,
-            turn_radius_m: None,
-            legs: vec![],
-        }];
-        let declared = DeclaredPath {
-            segments,
-            closed: false,
-            speed_mps: SPEED,
-        };
+        let segments = vec![Segment::Waypoints { points, fillet_m: None, turn_radius_m: None, legs: vec![] }];
+        let declared = DeclaredPath { segments, closed: false, speed_mps: SPEED };
         declared.path().expect("is a path")
     }
 

@@ -34,12 +34,7 @@ impl Estimate {
         before: Option<&[TrackPoint]>,
         due: &dyn Fn() -> bool,
     ) -> Self {
-        let estimator = Estimator {
-            now,
-            current: *current,
-            tuned: TUNED,
-            due,
-        };
+        let estimator = Estimator { now, current: *current, tuned: TUNED, due };
         estimator.estimate(auv, path, previous, (before, &[]))
     }
 
@@ -50,12 +45,7 @@ impl Estimate {
         now: f64,
         (track, states): (&[TrackPoint], &[PastState]),
     ) -> Self {
-        let estimator = Estimator {
-            now,
-            current: Vector2::zeros(),
-            tuned: TUNED,
-            due: &|| false,
-        };
+        let estimator = Estimator { now, current: Vector2::zeros(), tuned: TUNED, due: &|| false };
         estimator.estimate(auv, path, None, (Some(track), states))
     }
 }
@@ -247,12 +237,8 @@ fn a_repeated_report_counts_once() {
 fn one_message_over_two_links_counts_once() {
     let (reports, ..) = flight(3, 8, Vector2::new(0.2, 0.1));
     // The second link rounds the position, omits the depth and claims less.
-    let other = |report: &Report| Report {
-        north_m: report.north_m + 0.04,
-        depth_m: None,
-        sigma_m: 1.0,
-        ..*report
-    };
+    let other =
+        |report: &Report| Report { north_m: report.north_m + 0.04, depth_m: None, sigma_m: 1.0, ..*report };
     let twice: Vec<_> = reports.iter().copied().chain(reports.iter().map(other)).collect();
     let (once, twice) = (estimate(&reports, 580.0), estimate(&twice, 580.0));
     assert_eq!(once.state, twice.state);
@@ -315,10 +301,7 @@ fn the_present_sigma_is_the_filter_s_prediction() {
         let sigma = estimate(&reports, now).position_sigma(TUNED);
         sigma.expect("made of reports")
     };
-    let p = estimate(&reports, 540.0)
-        .state
-        .covariance
-        .expect("made of reports");
+    let p = estimate(&reports, 540.0).state.covariance.expect("made of reports");
     let (t, q) = (30.0_f64, TUNED.acceleration_density);
     // p + v t with independent errors: P_pp + 2 t P_pv + t² P_vv + q t³/3 along either axis.
     let along = |i: usize| p[i][i] + 2.0 * t * p[i][i + 2] + t * t * p[i + 2][i + 2] + q * t.powi(3) / 3.0;
@@ -346,10 +329,7 @@ fn lanes(seed: u64) -> (KnownPath, Vec<Report>, Vector2<f64>) {
 
 fn known(path: Path, horizontal_speed: f64) -> KnownPath {
     let path = Arc::new(path);
-    KnownPath {
-        path,
-        horizontal_speed,
-    }
+    KnownPath { path, horizontal_speed }
 }
 
 fn estimate_along(known: &KnownPath, reports: &[Report]) -> Estimate {
@@ -369,10 +349,7 @@ fn a_followed_path_improves_the_estimate() {
             along += (estimate_along(&known, &reports).state.position() - truth).norm_squared();
             free += (estimate(&reports, 290.0).state.position() - truth).norm_squared();
         }
-        assert!(
-            along.sqrt() < gain * free.sqrt(),
-            "{along} m² along the path, {free} m² free"
-        );
+        assert!(along.sqrt() < gain * free.sqrt(), "{along} m² along the path, {free} m² free");
     }
 }
 
@@ -432,11 +409,7 @@ fn two_turns_reveal_the_path_s_offset_and_sense() {
         // Backwards on displaced lanes is forwards on their neighbours.
         for (sense, start, distance) in [(1.0, 5.0, 18.0), (-1.0, path.length() - 5.0, 3.0)] {
             let shift = ned_from_body(f64::from(seed)) * Vector2::new(distance, 0.0);
-            let reports = reported_at(
-                |time| path.at(start + sense * time).position + shift,
-                42,
-                &mut random,
-            );
+            let reports = reported_at(|time| path.at(start + sense * time).position + shift, 42, &mut random);
             let [early, late] = [12, 42].map(|n| route(&path, 0.9, &reports[..n]));
             assert!(early.is_followed() && late.is_followed(), "seed {seed}");
             assert_eq!(late.fit.sense.signum(), sense, "seed {seed}: {late:?}");
@@ -464,11 +437,7 @@ fn an_undeclared_turn_radius_is_estimated() {
             turn_radius_m,
             legs: vec![],
         };
-        DeclaredPath {
-            segments: vec![waypoints],
-            closed: false,
-            speed_mps: 1.0,
-        }
+        DeclaredPath { segments: vec![waypoints], closed: false, speed_mps: 1.0 }
     };
     let known = |path: &DeclaredPath| path.known().expect("is a path");
     let declared = lanes(None);
@@ -482,10 +451,7 @@ fn an_undeclared_turn_radius_is_estimated() {
         // A minute later it has turned again.
         for (off, auv) in off.iter_mut().zip([named, unnamed]) {
             let found = estimated(&auv, Some(&known(&declared)), 630.0, Vector2::zeros());
-            let (fit, path) = (
-                found.route.expect("has a path").fit,
-                found.path.expect("has one").path,
-            );
+            let (fit, path) = (found.route.expect("has a path").fit, found.path.expect("has one").path);
             let then = path.at(fit.along() + 110.0 + 110.0 * fit.faster()).position + fit.offset();
             *off += (then - place(740.0)).norm_squared() / 90.0;
         }
@@ -547,10 +513,7 @@ fn one_fix_on_the_path_keeps_the_path() {
     assert!(followed(only));
     // At rest, or far away, it does not follow its path.
     assert!(!followed(tracked(&only, 0.0, 0.0)));
-    assert!(!followed(placed(
-        &only,
-        only.position() + Vector2::new(3.0e3, 4.0e3)
-    )));
+    assert!(!followed(placed(&only, only.position() + Vector2::new(3.0e3, 4.0e3))));
 }
 
 #[test]
@@ -558,10 +521,7 @@ fn a_moved_path_with_its_reports_moves_the_estimate() {
     let (here, reports, _) = lanes(2);
     let (turn, shift) = (ned_from_body(2.0), Vector2::new(500.0, -300.0));
     let path = Path::lawn_mower(turn * Vector2::new(3.0, -7.0) + shift, 2.4, 60.0, 20.0, 4);
-    let moved: Vec<_> = reports
-        .iter()
-        .map(|report| moved(report, 2.0, shift, 0.0))
-        .collect();
+    let moved: Vec<_> = reports.iter().map(|report| moved(report, 2.0, shift, 0.0)).collect();
     let here = estimate_along(&here, &reports).state;
     let there = estimate_along(&known(path, 0.193), &moved).state;
     near_to(there.position(), turn * here.position() + shift, 1e-9);
@@ -662,15 +622,13 @@ fn report(extent: f64) -> impl Strategy<Value = Report> {
         proptest::option::of((-3.1..3.1_f64, 0.0..10.0_f64)),
         proptest::option::of(-1.0..1.0_f64),
     )
-        .prop_map(
-            |((time, north, east, sigma), depth_m, track, turn_rate_radps)| Report {
-                depth_m,
-                turn_rate_radps,
-                course_rad: track.map(|(course, _)| course),
-                speed_mps: track.map(|(_, speed)| speed),
-                ..Report::new(time, Vector2::new(north, east), sigma)
-            },
-        )
+        .prop_map(|((time, north, east, sigma), depth_m, track, turn_rate_radps)| Report {
+            depth_m,
+            turn_rate_radps,
+            course_rad: track.map(|(course, _)| course),
+            speed_mps: track.map(|(_, speed)| speed),
+            ..Report::new(time, Vector2::new(north, east), sigma)
+        })
 }
 
 proptest! {
@@ -779,13 +737,7 @@ fn the_next_turn_is_the_first_one_ahead_with_the_sense_of_motion() {
     let circle = Path::circle(Vector2::zeros(), 30.0, Side::Starboard, 0.0).expect("is a path");
     assert_eq!(next(&circle, 10.0, 1.0), None);
     // Bends by 11° and 14°, then a corner.
-    let bends = [
-        [0.0, 0.0],
-        [100.0, 0.0],
-        [200.0, 20.0],
-        [300.0, 20.0],
-        [300.0, 120.0],
-    ];
+    let bends = [[0.0, 0.0], [100.0, 0.0], [200.0, 20.0], [300.0, 20.0], [300.0, 120.0]];
     let bent = path(&bends, false);
     let (distance, by) = next(&bent, 0.0, 1.0).expect("has a corner");
     near(distance, bent.length() - 90.0 - 16.0, 2.0);

@@ -115,11 +115,7 @@ impl<F: Filter> Track<F> {
             } else if agrees && earlier.afresh.used.len() == AGREEING_TO_TAKE_OVER {
                 track = track.followed_by(earlier.afresh);
             } else {
-                let afresh = if agrees {
-                    earlier.afresh
-                } else {
-                    Self::of_one(start(&report.1), report)
-                };
+                let afresh = if agrees { earlier.afresh } else { Self::of_one(start(&report.1), report) };
                 rival = Some(Rival { afresh, moved });
             }
         }
@@ -132,9 +128,7 @@ impl<F: Filter> Track<F> {
     /// Log-likelihoods of the reports but the first.
     pub(crate) fn log_likelihoods(&self) -> impl Iterator<Item = f64> {
         let tuned = self.filter.tuned();
-        self.innovations
-            .iter()
-            .map(|innovation| innovation.log_likelihood(tuned))
+        self.innovations.iter().map(|innovation| innovation.log_likelihood(tuned))
     }
 
     /// Log-likelihood of all reports but the first.
@@ -157,18 +151,11 @@ impl<F: Filter> Track<F> {
 
     /// The `rival` in place of this track.
     fn followed_by(self, rival: Self) -> Self {
-        Self {
-            innovations: self.innovations,
-            ..rival
-        }
+        Self { innovations: self.innovations, ..rival }
     }
 
     fn of_one(filter: F, report: &(usize, Report)) -> Self {
-        Self {
-            filter,
-            used: vec![*report],
-            innovations: Vec::new(),
-        }
+        Self { filter, used: vec![*report], innovations: Vec::new() }
     }
 
     fn accept(&mut self, report: &(usize, Report)) -> Innovation {

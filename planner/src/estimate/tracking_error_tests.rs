@@ -32,36 +32,11 @@ struct Vehicle {
 }
 
 const VEHICLES: [Vehicle; 5] = [
-    Vehicle {
-        name: "exact",
-        accept: 6.0,
-        turn_rate: 0.3,
-        weave: (0.0, 60.0),
-    },
-    Vehicle {
-        name: "weaves",
-        accept: 6.0,
-        turn_rate: 0.3,
-        weave: (5.0, 80.0),
-    },
-    Vehicle {
-        name: "overshoots",
-        accept: 1.0,
-        turn_rate: 0.1,
-        weave: (0.0, 60.0),
-    },
-    Vehicle {
-        name: "cuts corners",
-        accept: 15.0,
-        turn_rate: 0.15,
-        weave: (0.0, 60.0),
-    },
-    Vehicle {
-        name: "both",
-        accept: 1.0,
-        turn_rate: 0.08,
-        weave: (4.0, 60.0),
-    },
+    Vehicle { name: "exact", accept: 6.0, turn_rate: 0.3, weave: (0.0, 60.0) },
+    Vehicle { name: "weaves", accept: 6.0, turn_rate: 0.3, weave: (5.0, 80.0) },
+    Vehicle { name: "overshoots", accept: 1.0, turn_rate: 0.1, weave: (0.0, 60.0) },
+    Vehicle { name: "cuts corners", accept: 15.0, turn_rate: 0.15, weave: (0.0, 60.0) },
+    Vehicle { name: "both", accept: 1.0, turn_rate: 0.08, weave: (4.0, 60.0) },
 ];
 
 impl Vehicle {
@@ -94,11 +69,7 @@ impl Vehicle {
 
 fn lanes() -> Vec<Vector2<f64>> {
     let lane = |lane: u8| {
-        let ends = if lane.is_multiple_of(2) {
-            [0.0, 140.0]
-        } else {
-            [140.0, 0.0]
-        };
+        let ends = if lane.is_multiple_of(2) { [0.0, 140.0] } else { [140.0, 0.0] };
         ends.map(|north| Vector2::new(north, 30.0 * f64::from(lane)))
     };
     (0..14).flat_map(lane).collect()
@@ -124,11 +95,8 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
         turn_radius_m: None,
         legs: vec![],
     };
-    let declared = declares.then(|| DeclaredPath {
-        segments: vec![waypoints],
-        closed: false,
-        speed_mps: SPEED,
-    });
+    let declared =
+        declares.then(|| DeclaredPath { segments: vec![waypoints], closed: false, speed_mps: SPEED });
     let known = declared.as_ref().map(|path| path.known().expect("is a path"));
     let (mut squares, mut inside, mut followed, mut n) = (0.0, 0.0, 0.0, 0.0);
     for seed in [20] {
@@ -142,15 +110,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
             let mut auv = Auv::reported("a", newest);
             auv.path.clone_from(&declared);
             let before = (!declares).then_some(&track[..]);
-            let found = Estimate::new(
-                &auv,
-                known.as_ref(),
-                t_s,
-                &Vector2::zeros(),
-                None,
-                before,
-                &|| false,
-            );
+            let found = Estimate::new(&auv, known.as_ref(), t_s, &Vector2::zeros(), None, before, &|| false);
             track.clone_from(&found.track);
             if t_s < 300.0 {
                 continue;
@@ -164,10 +124,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
             };
             let forecast = AuvForecast::new(&found.state, intent, Forecast::Auto, &Vector2::zeros());
             let error = forecast.at(AHEAD_S).position - then;
-            let inverse = forecast
-                .position_covariance(AHEAD_S)
-                .try_inverse()
-                .expect("is positive definite");
+            let inverse = forecast.position_covariance(AHEAD_S).try_inverse().expect("is positive definite");
             squares += error.norm_squared();
             inside += f64::from(u8::from(error.dot(&(inverse * error)) <= 3.219));
             followed += f64::from(u8::from(route.is_some()));
@@ -183,15 +140,11 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
 fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
     let most = [(3.0, 9.0), (6.0, 8.0), (6.0, 11.0), (5.0, 23.0), (14.0, 24.0)];
     for (vehicle, (most_on_lanes, most_on_walk)) in VEHICLES.iter().zip(most) {
-        for (pattern, points, most) in [
-            ("lanes", lanes(), most_on_lanes),
-            ("way-points", random_walk(), most_on_walk),
-        ] {
+        for (pattern, points, most) in
+            [("lanes", lanes(), most_on_lanes), ("way-points", random_walk(), most_on_walk)]
+        {
             let [off, inside, followed] = a_minute_ahead(vehicle, &points, true);
-            println!(
-                "{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside",
-                vehicle.name
-            );
+            println!("{:12} {pattern:10} {off:5.1} m, {inside:4.2} inside", vehicle.name);
             assert!(0.5 < inside && 0.85 < followed, "{}, {pattern}", vehicle.name);
             assert!(off < most, "{}, {pattern}: {off} m", vehicle.name);
         }

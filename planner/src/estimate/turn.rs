@@ -48,17 +48,10 @@ pub(crate) fn remembered_turn_rate(
         return 0.0;
     };
     let share = -(-between / tuned.turn_rate_memory).exp_m1();
-    clear(
-        earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps),
-        tuned,
-    )
+    clear(earlier.turn_rate_radps + share * (rate - earlier.turn_rate_radps), tuned)
 }
 
 /// The rate, or 0 if it is insignificant.
 pub(crate) fn clear(rate: f64, tuned: &EstimateNumbers) -> f64 {
-    if rate.abs() < tuned.turn_rate_min {
-        0.0
-    } else {
-        rate.clamp(-RATE_MAX, RATE_MAX)
-    }
+    if rate.abs() < tuned.turn_rate_min { 0.0 } else { rate.clamp(-RATE_MAX, RATE_MAX) }
 }

@@ -91,11 +91,7 @@ pub(crate) fn starboard_of(direction: Vector2<f64>) -> Vector2<f64> {
 /// sin x / x, and its limit 1 at 0.
 pub fn sinc(x: f64) -> f64 {
     // The series' next term, x⁴/120, is below the rounding of 1 here.
-    if x.abs() < 1e-4 {
-        1.0 - x * x / 6.0
-    } else {
-        x.sin() / x
-    }
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
 }
 
 #[cfg(test)]

@@ -79,11 +79,7 @@ impl Asc {
     /// The same craft with a velocity over ground (north, east), m/s.
     #[must_use]
     pub fn with_ground_velocity(self, velocity: Option<Vector2<f64>>) -> Self {
-        Self {
-            ground_north_mps: velocity.map(|v| v.x),
-            ground_east_mps: velocity.map(|v| v.y),
-            ..self
-        }
+        Self { ground_north_mps: velocity.map(|v| v.x), ground_east_mps: velocity.map(|v| v.y), ..self }
     }
 
     /// Position (north, east), m.

@@ -49,24 +49,12 @@ pub struct Auv {
 impl Auv {
     /// An AUV in `state`, with unknown path and dive.
     pub fn new(id: impl Into<VehicleId>, state: AuvState) -> Self {
-        Self {
-            id: id.into(),
-            state: Some(state),
-            reports: None,
-            path: None,
-            dive: None,
-        }
+        Self { id: id.into(), state: Some(state), reports: None, path: None, dive: None }
     }
 
     /// An AUV with `reports`, and unknown path and dive.
     pub fn reported(id: impl Into<VehicleId>, reports: Vec<Report>) -> Self {
-        Self {
-            id: id.into(),
-            state: None,
-            reports: Some(reports),
-            path: None,
-            dive: None,
-        }
+        Self { id: id.into(), state: None, reports: Some(reports), path: None, dive: None }
     }
 }
 

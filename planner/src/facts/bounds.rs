@@ -45,13 +45,7 @@ pub struct KeepOut {
 impl KeepOut {
     /// A disc about `centre` (north, east), m, of `radius`, m.
     pub fn new(centre: Vector2<f64>, radius: f64) -> Self {
-        Self {
-            north_m: centre.x,
-            east_m: centre.y,
-            lat_deg: None,
-            lon_deg: None,
-            radius_m: radius,
-        }
+        Self { north_m: centre.x, east_m: centre.y, lat_deg: None, lon_deg: None, radius_m: radius }
     }
 
     /// Its centre (north, east), m.
@@ -67,29 +61,16 @@ pub fn bounds_faults(
     range_max: Option<f64>,
 ) -> Vec<FieldError> {
     let n = keep_outs.len();
-    let mut faults = Vec::from_iter(FieldError::of_length(
-        "/keep_outs",
-        n,
-        &(0..=KEEP_OUTS_MAX),
-        "items",
-    ));
+    let mut faults = Vec::from_iter(FieldError::of_length("/keep_outs", n, &(0..=KEEP_OUTS_MAX), "items"));
     for (i, disc) in keep_outs.iter().enumerate() {
         let numbers = [disc.north_m, disc.east_m, disc.radius_m];
         for ((name, range), given) in KEEP_OUT.into_iter().zip(numbers) {
-            faults.extend(FieldError::outside(
-                format_args!("/keep_outs/{i}/{name}"),
-                given,
-                &range,
-            ));
+            faults.extend(FieldError::outside(format_args!("/keep_outs/{i}/{name}"), given, &range));
         }
     }
     faults.extend(area_faults(area));
     if let Some(range) = range_max {
-        faults.extend(FieldError::outside(
-            "/acoustics/range_max_m",
-            range,
-            &ACOUSTIC_RANGE,
-        ));
+        faults.extend(FieldError::outside("/acoustics/range_max_m", range, &ACOUSTIC_RANGE));
     }
     faults
 }
@@ -151,11 +132,7 @@ fn area_faults(area: &[Vector2<f64>]) -> Vec<FieldError> {
     for (i, corner) in area.iter().enumerate() {
         for (axis, given) in [corner.x, corner.y].into_iter().enumerate() {
             let range = -COORDINATE_MAX..=COORDINATE_MAX;
-            faults.extend(FieldError::outside(
-                format_args!("/area/{i}/{axis}"),
-                given,
-                &range,
-            ));
+            faults.extend(FieldError::outside(format_args!("/area/{i}/{axis}"), given, &range));
         }
     }
     // Numbers that are not finite have no sides to measure.
@@ -217,9 +194,7 @@ fn width_from(area: &[Vector2<f64>], i: usize) -> f64 {
 /// Twice the enclosed area, m², positive if the corners go clockwise seen from above.
 fn doubled_area(area: &[Vector2<f64>]) -> f64 {
     // Relative to a corner: far from the datum the differences would lose their digits.
-    let fan = area
-        .windows(2)
-        .map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
+    let fan = area.windows(2).map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
     fan.sum()
 }
 

@@ -83,8 +83,7 @@ impl AuvState {
 
     /// Covariance of (north, east, north velocity, east velocity) at that time, if known.
     pub fn covariance(&self) -> Option<Matrix4<f64>> {
-        self.covariance
-            .map(|rows| Matrix4::from_fn(|row, column| rows[row][column]))
+        self.covariance.map(|rows| Matrix4::from_fn(|row, column| rows[row][column]))
     }
 
     /// Root-mean-square distance from the vehicle at that time, m, if known.
@@ -166,10 +165,7 @@ impl Report {
 
     /// Telemetered course and speed.
     pub fn ground_track(&self) -> Option<GroundTrack> {
-        Some(GroundTrack {
-            course: Course::new(self.course_rad?),
-            speed: self.speed_mps?,
-        })
+        Some(GroundTrack { course: Course::new(self.course_rad?), speed: self.speed_mps? })
     }
 }
 

@@ -61,10 +61,7 @@ impl FieldError {
 
     /// An error in the parameter `name`.
     pub fn of_parameter(name: &str, code: &str, detail: impl Into<String>) -> Self {
-        Self {
-            parameter: Some(shortened(name.to_owned())),
-            ..Self::new("", code, detail)
-        }
+        Self { parameter: Some(shortened(name.to_owned())), ..Self::new("", code, detail) }
     }
 
     /// A time at `pointer`, s, outside its range around `now` on `clock`. States the difference: if
@@ -77,31 +74,20 @@ impl FieldError {
         range: &RangeInclusive<f64>,
     ) -> Self {
         let (least, most) = (*range.start(), *range.end());
-        let (side, allowed) = if given < least {
-            ("behind", now - least)
-        } else {
-            ("ahead of", most - now)
-        };
+        let (side, allowed) = if given < least { ("behind", now - least) } else { ("ahead of", most - now) };
         let apart = (given - now).abs();
         let detail = format!(
             "is {apart:.1} s {side} {clock}, which shows {now:.1} s, and at most {allowed} s is accepted: set the clock \
              that times are taken from"
         );
-        Self {
-            detail,
-            ..Self::out_of_range(pointer, given, least, most)
-        }
+        Self { detail, ..Self::out_of_range(pointer, given, least, most) }
     }
 
     /// A list or a text at `pointer` with `given` items or bytes, more than `most`.
     pub fn too_long(pointer: impl Display, given: usize, most: usize) -> Self {
-        Self::new(
-            pointer,
-            "too_long",
-            format!("must be at most {most} long, not {given}"),
-        )
-        .given(given)
-        .limit(json!({ "most": most }))
+        Self::new(pointer, "too_long", format!("must be at most {most} long, not {given}"))
+            .given(given)
+            .limit(json!({ "most": most }))
     }
 
     /// The error of a list or text with too few or too many of `unit`, such as `items` or `bytes`.

@@ -78,23 +78,18 @@ impl<N> Goal<N> {
         };
         Some(match self {
             Self::Track { auv } => Goal::Track { auv: auv.clone() },
-            Self::Intermittent {
-                auvs,
-                dwell_s,
-                epoch_s,
-            } => Goal::Intermittent {
+            Self::Intermittent { auvs, dwell_s, epoch_s } => Goal::Intermittent {
                 auvs: auvs.clone(),
                 dwell_s: of("intermittent", &GOAL_IN_TURN[0], dwell_s)?,
                 epoch_s: of("intermittent", &GOAL_IN_TURN[1], epoch_s)?,
             },
             Self::Midpoint { auvs } => Goal::Midpoint { auvs: auvs.clone() },
-            Self::Weighted { weights } => Goal::Weighted {
-                weights: map_each("weighted.weights", &WEIGHT, weights, number)?,
-            },
-            Self::Range { auvs, range_m } => Goal::Range {
-                auvs: auvs.clone(),
-                range_m: of("range", &GOAL_RANGE[0], range_m)?,
-            },
+            Self::Weighted { weights } => {
+                Goal::Weighted { weights: map_each("weighted.weights", &WEIGHT, weights, number)? }
+            }
+            Self::Range { auvs, range_m } => {
+                Goal::Range { auvs: auvs.clone(), range_m: of("range", &GOAL_RANGE[0], range_m)? }
+            }
             Self::Localise(localise) => Goal::Localise(localise.map(number)?),
             Self::Visit(visits) => Goal::Visit(visits.map(number)?),
         })
@@ -206,26 +201,17 @@ impl<N> Offset<N> {
 impl Offset {
     /// An offset in fixed directions, (north, east), m.
     pub fn ned(by: Vector2<f64>) -> Self {
-        Self::Ned {
-            north_m: by.x,
-            east_m: by.y,
-        }
+        Self::Ned { north_m: by.x, east_m: by.y }
     }
 
     /// An offset along the course of the followed point, (ahead, starboard), m.
     pub fn target(by: Vector2<f64>) -> Self {
-        Self::Target {
-            ahead_m: by.x,
-            starboard_m: by.y,
-        }
+        Self::Target { ahead_m: by.x, starboard_m: by.y }
     }
 
     /// An offset along the path of the followed AUV, (ahead, starboard), m.
     pub fn path(by: Vector2<f64>) -> Self {
-        Self::Path {
-            ahead_m: by.x,
-            starboard_m: by.y,
-        }
+        Self::Path { ahead_m: by.x, starboard_m: by.y }
     }
 
     /// The offset in the axes of its frame, m: (north, east), or (ahead, starboard).
@@ -282,9 +268,6 @@ impl ToSchema for Task {
 
     fn schemas(schemas: &mut Vec<(String, RefOr<Schema>)>) {
         <Goal as ToSchema>::schemas(schemas);
-        schemas.push((
-            <Offset as ToSchema>::name().into(),
-            <Offset as PartialSchema>::schema(),
-        ));
+        schemas.push((<Offset as ToSchema>::name().into(), <Offset as PartialSchema>::schema()));
     }
 }

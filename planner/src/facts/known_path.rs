@@ -45,11 +45,7 @@ const OTHER_RATES_COUNT_MAX: usize = 1000;
 impl DeclaredPath {
     /// A `path` followed at a horizontal speed through the water, m/s.
     pub fn new(path: &Path, speed_mps: f64) -> Self {
-        Self {
-            segments: path.segments().to_vec(),
-            closed: path.is_closed(),
-            speed_mps,
-        }
+        Self { segments: path.segments().to_vec(), closed: path.is_closed(), speed_mps }
     }
 
     /// Number of segments; every way-point counts as one, and so does an empty list.
@@ -82,37 +78,22 @@ impl DeclaredPath {
     }
 
     fn with_path(&self, path: Path) -> KnownPath {
-        KnownPath {
-            path: Arc::new(path),
-            horizontal_speed: self.speed_mps,
-        }
+        KnownPath { path: Arc::new(path), horizontal_speed: self.speed_mps }
     }
 
     /// The same path for other ways to turn, the likeliest first; none if it declares its radii.
     pub(crate) fn with_other_turn_radii(&self) -> Vec<KnownPath> {
         let leaves_open = |segment: &Segment| {
-            matches!(
-                segment,
-                Segment::Waypoints {
-                    fillet_m: None,
-                    turn_radius_m: None,
-                    ..
-                }
-            )
+            matches!(segment, Segment::Waypoints { fillet_m: None, turn_radius_m: None, .. })
         };
         if OTHER_RATES_COUNT_MAX < self.count() || !self.segments.iter().any(leaves_open) {
             return Vec::new();
         }
         let radii = TURN_RATES.iter().map(|rate| self.speed_mps / rate);
-        let sharp = Overshot {
-            from: SHARP_FROM,
-            radius: self.speed_mps / SHARP_TURN_RATE,
-        };
+        let sharp = Overshot { from: SHARP_FROM, radius: self.speed_mps / SHARP_TURN_RATE };
         let cut = radii.clone().map(|radius| (radius, sharp));
         let overshot = radii.map(|radius| (radius, Overshot { from: 0.0, radius }));
-        let paths = cut
-            .chain(overshot)
-            .flat_map(|(radius, overshot)| self.turned_at(radius, Some(overshot)));
+        let paths = cut.chain(overshot).flat_map(|(radius, overshot)| self.turned_at(radius, Some(overshot)));
         paths.map(|path| self.with_path(path)).collect()
     }
 }
@@ -120,11 +101,7 @@ impl DeclaredPath {
 /// The undeclared radius of a segment of way-points.
 fn unnamed_radius(segment: &mut Segment) -> Option<&mut Option<f64>> {
     match segment {
-        Segment::Waypoints {
-            fillet_m: None,
-            turn_radius_m: radius @ None,
-            ..
-        } => Some(radius),
+        Segment::Waypoints { fillet_m: None, turn_radius_m: radius @ None, .. } => Some(radius),
         _ => None,
     }
 }
@@ -182,11 +159,7 @@ pub(crate) const FOOT_FACTOR_MIN: f64 = 0.5;
 /// Speed of the vehicle's place on a path with this `tangent`, m/s. `sense`: 1, or −1 for a vehicle
 /// that follows the path backwards.
 pub(crate) fn foot_speed(u_h: f64, current: &Vector2<f64>, tangent: f64, sense: f64) -> f64 {
-    if sense < 0.0 {
-        -speed_along(u_h, current, tangent + PI)
-    } else {
-        speed_along(u_h, current, tangent)
-    }
+    if sense < 0.0 { -speed_along(u_h, current, tangent + PI) } else { speed_along(u_h, current, tangent) }
 }
 
 /// Speed over ground along a tangent, m/s, of a vehicle with horizontal speed `u_h` through the

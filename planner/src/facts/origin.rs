@@ -15,18 +15,12 @@ pub struct Origin {
 
 impl From<Origin> for geodesy::Origin {
     fn from(origin: Origin) -> Self {
-        Self {
-            latitude: origin.lat_deg.to_radians(),
-            longitude: origin.lon_deg.to_radians(),
-        }
+        Self { latitude: origin.lat_deg.to_radians(), longitude: origin.lon_deg.to_radians() }
     }
 }
 
 impl From<geodesy::Origin> for Origin {
     fn from(place: geodesy::Origin) -> Self {
-        Self {
-            lat_deg: place.latitude.to_degrees(),
-            lon_deg: place.longitude.to_degrees(),
-        }
+        Self { lat_deg: place.latitude.to_degrees(), lon_deg: place.longitude.to_degrees() }
     }
 }

@@ -53,10 +53,7 @@ impl PreviousPlan {
     /// The command to the craft, in the kinds of references that its loops hold.
     pub fn command(&self) -> Option<Reference> {
         let given = self.reference?;
-        Some(Reference {
-            speed: given.speed_mps,
-            heading: Heading::new(given.heading_rad?),
-        })
+        Some(Reference { speed: given.speed_mps, heading: Heading::new(given.heading_rad?) })
     }
 
     /// Reference as speed through the water and heading; the command, without a craft's estimate.
@@ -186,9 +183,6 @@ pub struct PreviousReference {
 
 impl From<Reference> for PreviousReference {
     fn from(reference: Reference) -> Self {
-        Self {
-            speed_mps: reference.speed,
-            heading_rad: Some(reference.heading.radians()),
-        }
+        Self { speed_mps: reference.speed, heading_rad: Some(reference.heading.radians()) }
     }
 }

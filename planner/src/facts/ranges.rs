@@ -82,11 +82,8 @@ pub(crate) const FORESEEN: RangeInclusive<f64> = -2.0 * COORDINATE_MAX..=2.0 * C
 pub const ANGLE: RangeInclusive<f64> = -TAU..=TAU;
 
 /// Names of directions, clockwise from north, in degrees and in radians.
-pub const DIRECTIONS: [[&str; 2]; 3] = [
-    ["heading_deg", "heading_rad"],
-    ["course_deg", "course_rad"],
-    ["bearing_deg", "bearing_rad"],
-];
+pub const DIRECTIONS: [[&str; 2]; 3] =
+    [["heading_deg", "heading_rad"], ["course_deg", "course_rad"], ["bearing_deg", "bearing_rad"]];
 
 /// Time on the client's clock, s.
 pub const TIME: RangeInclusive<f64> = -TIME_MAX..=TIME_MAX;
@@ -102,10 +99,8 @@ pub(crate) const ASC: [Range; 6] = [
 ];
 
 /// Velocity of the surface craft over ground.
-pub(crate) const ASC_GROUND: [Range; 2] = [
-    ("ground_north_mps", -25.0..=25.0),
-    ("ground_east_mps", -25.0..=25.0),
-];
+pub(crate) const ASC_GROUND: [Range; 2] =
+    [("ground_north_mps", -25.0..=25.0), ("ground_east_mps", -25.0..=25.0)];
 
 /// State of an AUV.
 pub(crate) const AUV_STATE: [Range; 7] = [
@@ -122,19 +117,12 @@ pub(crate) const AUV_STATE: [Range; 7] = [
 pub const COVARIANCE: RangeInclusive<f64> = -1.0e10..=1.0e10;
 
 /// A report.
-pub(crate) const REPORT: [Range; 3] = [
-    ("north_m", COORDINATE),
-    ("east_m", COORDINATE),
-    ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
-];
+pub(crate) const REPORT: [Range; 3] =
+    [("north_m", COORDINATE), ("east_m", COORDINATE), ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX)];
 
 /// Telemetry of a vehicle.
-pub(crate) const TELEMETRY: [Range; 4] = [
-    ("depth_m", DEPTH),
-    ("course_rad", ANGLE),
-    ("speed_mps", AUV_SPEED),
-    ("turn_rate_radps", TURN_RATE),
-];
+pub(crate) const TELEMETRY: [Range; 4] =
+    [("depth_m", DEPTH), ("course_rad", ANGLE), ("speed_mps", AUV_SPEED), ("turn_rate_radps", TURN_RATE)];
 
 /// Speed along a path; slower vehicles do not follow one.
 pub(crate) const PATH: [Range; 1] = [("speed_mps", 0.01..=10.0)];
@@ -193,11 +181,8 @@ pub(crate) const VISIT_UNCERTAINTY: [Range; 4] = [
 ];
 
 /// The same for data.
-pub(crate) const VISIT_DATA: [Range; 3] = [
-    ("growth_kbps", 0.0..=1.0e6),
-    ("upload_kbps", 0.001..=1.0e6),
-    ("range_max_m", ACOUSTIC_RANGE),
-];
+pub(crate) const VISIT_DATA: [Range; 3] =
+    [("growth_kbps", 0.0..=1.0e6), ("upload_kbps", 0.001..=1.0e6), ("range_max_m", ACOUSTIC_RANGE)];
 
 /// Present cost of a vehicle, s, m² or kbit.
 pub const VISIT_COST: RangeInclusive<f64> = 0.0..=1.0e12;
@@ -253,10 +238,8 @@ pub(crate) const LIMITS: [Range; 4] = [
 
 /// Limits that no snapshot checks alone: the least top speed depends on the slowest speed, and the
 /// lag is the craft's.
-pub const LIMITS_ALONE: [Range; 2] = [
-    ("speed_max_mps", 0.0..=SPEED_MAX_MOST),
-    ("surge_lag_s", TIME_CONSTANT),
-];
+pub const LIMITS_ALONE: [Range; 2] =
+    [("speed_max_mps", 0.0..=SPEED_MAX_MOST), ("surge_lag_s", TIME_CONSTANT)];
 
 /// Tuning by clients. Weights are at most ten times their default (acceleration a hundred times),
 /// so the prices of limits exceed any goal's; that of position is positive, to follow a goal.
@@ -319,20 +302,15 @@ pub(crate) const SURGE_LOOP: [Range; 5] = [
 ];
 
 /// Propulsion power.
-pub(crate) const POWER: [Range; 2] = [
-    ("linear_w_per_mps", POWER_COEFFICIENT),
-    ("cubic_w_per_mps3", POWER_COEFFICIENT),
-];
+pub(crate) const POWER: [Range; 2] =
+    [("linear_w_per_mps", POWER_COEFFICIENT), ("cubic_w_per_mps3", POWER_COEFFICIENT)];
 
 /// A current, and a drift.
 pub(crate) const CURRENT: [Range; 2] = [("north_mps", CURRENT_SPEED), ("east_mps", CURRENT_SPEED)];
 
 /// A disc to keep out of.
-pub(crate) const KEEP_OUT: [Range; 3] = [
-    ("north_m", COORDINATE),
-    ("east_m", COORDINATE),
-    ("radius_m", KEEP_OUT_RADIUS),
-];
+pub(crate) const KEEP_OUT: [Range; 3] =
+    [("north_m", COORDINATE), ("east_m", COORDINATE), ("radius_m", KEEP_OUT_RADIUS)];
 
 /// A point of an earlier trajectory.
 pub(crate) const TRAJECTORY_POINT: [Range; 5] = [
@@ -365,10 +343,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 /// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
     let tables: [(&str, &'static [Range]); 37] = [
-        (
-            "PlanRequest",
-            &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)],
-        ),
+        ("PlanRequest", &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)]),
         ("Live", &[("surfacing_separation_m", SURFACING_SEPARATION)]),
         ("Asc", &ASC),
         ("Asc", &ASC_GROUND),

@@ -28,10 +28,7 @@ pub(crate) fn read<'de, R: NameOutside<'de>, M: Deserialize<'de>, D: Deserialize
     from: D,
     name: &'static str,
 ) -> Result<(R::Enum, Option<M>), D::Error> {
-    let object = Object::<R, M> {
-        members: name.trim_start_matches(TAGGED),
-        read: PhantomData,
-    };
+    let object = Object::<R, M> { members: name.trim_start_matches(TAGGED), read: PhantomData };
     from.deserialize_newtype_struct(name, object)
 }
 

@@ -113,18 +113,12 @@ mod tests {
             (of(&[2.5, 2.5], None), ""),
             // They add up to a little less than 5.
             (of(&[0.1; 50], None), ""),
-            (
-                of(&[5.0, f64::NAN], None),
-                "steps_s/1: must be from 0.1 to 10 (given: null)",
-            ),
+            (of(&[5.0, f64::NAN], None), "steps_s/1: must be from 0.1 to 10 (given: null)"),
             (
                 of(&[1.0, 2.0], None),
                 "steps_s: the steps add up to 3 s, which is not in [5, 600] (given: 3.0)",
             ),
-            (
-                of(&[5.0; 121], None),
-                "steps_s: must have 2 to 120 items (given: 121)",
-            ),
+            (of(&[5.0; 121], None), "steps_s: must have 2 to 120 items (given: 121)"),
             (
                 of(&[5.0; 120], Some(3)),
                 "scp_iterations: 120 steps in 3 iterations are 360, and at most 300 are accepted (given: 360)",

@@ -197,22 +197,13 @@ impl<N> VisitCost<N> {
         };
         Some(match self {
             Self::Age => VisitCost::Age,
-            Self::Uncertainty {
-                growth_m2ps,
-                sigma_m,
-                sigma_rad,
-                interval_s,
-            } => VisitCost::Uncertainty {
+            Self::Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s } => VisitCost::Uncertainty {
                 growth_m2ps: of("uncertainty", &VISIT_UNCERTAINTY[0], growth_m2ps)?,
                 sigma_m: of("uncertainty", &VISIT_UNCERTAINTY[1], sigma_m)?,
                 sigma_rad: of("uncertainty", &VISIT_UNCERTAINTY[2], sigma_rad)?,
                 interval_s: of("uncertainty", &VISIT_UNCERTAINTY[3], interval_s)?,
             },
-            Self::Data {
-                growth_kbps,
-                upload_kbps,
-                range_max_m,
-            } => VisitCost::Data {
+            Self::Data { growth_kbps, upload_kbps, range_max_m } => VisitCost::Data {
                 growth_kbps: of("data", &VISIT_DATA[0], growth_kbps)?,
                 upload_kbps: of("data", &VISIT_DATA[1], upload_kbps)?,
                 range_max_m: of("data", &VISIT_DATA[2], range_max_m)?,

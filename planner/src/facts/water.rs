@@ -9,10 +9,7 @@ macro_rules! velocity {
     ($here:ty) => {
         impl From<Vector2<f64>> for $here {
             fn from(velocity: Vector2<f64>) -> Self {
-                Self {
-                    north_mps: velocity.x,
-                    east_mps: velocity.y,
-                }
+                Self { north_mps: velocity.x, east_mps: velocity.y }
             }
         }
 

@@ -38,12 +38,7 @@ impl Scene {
                 let shape = [-radius, 0.0, 0.0, radius];
                 self.figure(fixed.kind, course, shape, fixed.speed_share)
             }
-            _ => self.figure(
-                FigureKind::Circle,
-                0.0,
-                [0.0, 0.0, radius, radius],
-                fixed.speed_share,
-            ),
+            _ => self.figure(FigureKind::Circle, 0.0, [0.0, 0.0, radius, radius], fixed.speed_share),
         }
     }
 
@@ -110,10 +105,7 @@ impl Scene {
         let Some(axis_rad) = axis else {
             return Vec::new();
         };
-        let figure = Figure {
-            axis_rad,
-            ..figure.clone()
-        };
+        let figure = Figure { axis_rad, ..figure.clone() };
         let most = self.rate(&figure);
         let sized = |ratio: f64| Figure {
             ahead_m: figure.ahead_m * ratio,
@@ -129,12 +121,7 @@ impl Scene {
         };
         let mut all = vec![paced(1.0)];
         if figure.kind != FigureKind::Above {
-            all.extend([
-                sized(NEIGHBOUR),
-                sized(1.0 / NEIGHBOUR),
-                paced(NEIGHBOUR),
-                paced(1.0 / NEIGHBOUR),
-            ]);
+            all.extend([sized(NEIGHBOUR), sized(1.0 / NEIGHBOUR), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
         }
         all
     }
@@ -172,9 +159,5 @@ impl Scene {
 
 /// The end of a line with the direction `axis` that is nearest to `before`.
 fn nearest_end(axis: f64, before: f64) -> f64 {
-    if (axis - before).cos() < 0.0 {
-        axis + std::f64::consts::PI
-    } else {
-        axis
-    }
+    if (axis - before).cos() < 0.0 { axis + std::f64::consts::PI } else { axis }
 }

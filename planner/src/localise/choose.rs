@@ -70,9 +70,7 @@ impl Localiser<'_> {
         });
         let mut best: Option<(Figure, Outcome)> = None;
         let mut consider = |figure: Figure, margin: f64| {
-            let least = best
-                .as_ref()
-                .map_or(f64::INFINITY, |(_, best)| (1.0 - margin) * best.cost);
+            let least = best.as_ref().map_or(f64::INFINITY, |(_, best)| (1.0 - margin) * best.cost);
             if let Some(outcome) = scene.sail(&figure, least) {
                 best = Some((figure, outcome));
             }
@@ -84,20 +82,13 @@ impl Localiser<'_> {
         if let Some((figure, elapsed)) = &kept {
             let neighbours = match &self.fixed {
                 None => scene.neighbours(figure),
-                Some(fixed) => vec![Figure {
-                    phase_rad: figure.phase_rad,
-                    ..scene.fixed(fixed)
-                }],
+                Some(fixed) => vec![Figure { phase_rad: figure.phase_rad, ..scene.fixed(fixed) }],
             };
             for figure in neighbours {
                 consider(scene.carried_on(figure, *elapsed), margin);
                 margin = scene.tuned.adapt_margin;
             }
-            margin = if 0.0 < margin {
-                scene.tuned.keep_margin
-            } else {
-                0.0
-            };
+            margin = if 0.0 < margin { scene.tuned.keep_margin } else { 0.0 };
         }
         for figure in others {
             if (self.due)() || (self.fixed.is_some() && kept.is_some()) {
@@ -111,10 +102,7 @@ impl Localiser<'_> {
         if let Some((before, elapsed)) = &kept {
             figure = scene.approached(before, figure, *elapsed);
         }
-        Some((
-            scene.answer(snapshot, figure, [&outcome, &sailed_above], heading),
-            auvs,
-        ))
+        Some((scene.answer(snapshot, figure, [&outcome, &sailed_above], heading), auvs))
     }
 }
 
@@ -123,37 +111,25 @@ impl Scene {
     fn begun(&self, figure: Figure) -> Figure {
         let (mean, drift) = self.mean_at(0.0);
         let velocity_now = Vector2::new(self.speed_now, 0.0) + self.current;
-        let at = |k: i32| Figure {
-            phase_rad: wrap(TAU * f64::from(k) / f64::from(PHASES)),
-            ..figure.clone()
-        };
+        let at =
+            |k: i32| Figure { phase_rad: wrap(TAU * f64::from(k) / f64::from(PHASES)), ..figure.clone() };
         let misfit = |figure: &Figure| {
             let (place, velocity) = figure.at(0.0);
             let turn = (drift + velocity - velocity_now) * VELOCITY_TIME;
             (mean + place).norm_squared() + turn.norm_squared()
         };
-        let phases = if figure.kind == FigureKind::Above {
-            1
-        } else {
-            PHASES
-        };
+        let phases = if figure.kind == FigureKind::Above { 1 } else { PHASES };
         let best = (0..phases).map(at).min_by(|a, b| misfit(a).total_cmp(&misfit(b)));
         best.unwrap_or(figure)
     }
 
     /// `figure`, `elapsed` seconds later, with a phase that waits for the craft or follows it.
     fn carried_on(&self, figure: Figure, elapsed: f64) -> Figure {
-        let expected = Figure {
-            phase_rad: figure.phase_rad + figure.rate_radps * elapsed,
-            ..figure
-        };
+        let expected = Figure { phase_rad: figure.phase_rad + figure.rate_radps * elapsed, ..figure };
         let (place, velocity) = expected.at(0.0);
         let behind = -(self.mean[0] + place).dot(&velocity) / velocity.norm_squared().max(f64::MIN_POSITIVE);
         let slip = behind.clamp(-PHASE_SLIP * elapsed, PHASE_SLIP * elapsed);
-        Figure {
-            phase_rad: wrap(expected.phase_rad + expected.rate_radps * slip),
-            ..expected
-        }
+        Figure { phase_rad: wrap(expected.phase_rad + expected.rate_radps * slip), ..expected }
     }
 
     /// `figure`, or `before` on the way to it if it is a neighbour: the goal drifts there, and does

@@ -76,22 +76,13 @@ impl Scene {
         let place = |position: Vector2<f64>| craft_from_ned * (position - snapshot.asc.position());
         let at = |auv: usize, time: f64| place(forecasts[auv].at(time).position);
         let farthest = auvs.iter().map(|auv| at(*auv, 0.0).norm()).fold(0.0, f64::max);
-        let horizon = (tuned
-            .horizon
-            .max(10.0 * localise.interval_s)
-            .max(3.0 * farthest / speed))
-        .min(HORIZON_MAX);
+        let horizon =
+            (tuned.horizon.max(10.0 * localise.interval_s).max(3.0 * farthest / speed)).min(HORIZON_MAX);
         let interval = horizon / MEASUREMENTS as f64;
-        let sum: f64 = auvs
-            .iter()
-            .map(|auv| localise.weight(&snapshot.auvs[*auv].id))
-            .sum();
+        let sum: f64 = auvs.iter().map(|auv| localise.weight(&snapshot.auvs[*auv].id)).sum();
         let member = |auv: usize| {
             let (id, state) = (&snapshot.auvs[auv].id, &snapshot.estimates()[auv].state);
-            let given = localise
-                .costs_now
-                .get(id)
-                .map(|cost| Matrix2::identity() * (0.5 * cost));
+            let given = localise.costs_now.get(id).map(|cost| Matrix2::identity() * (0.5 * cost));
             let estimated = || {
                 let block = state.covariance()?.fixed_view::<2, 2>(0, 0).into_owned();
                 let grown =
@@ -113,12 +104,8 @@ impl Scene {
         let mut members: Vec<_> = auvs.iter().map(|auv| member(*auv)).collect();
         let key = |member: &Member| member.track[0].0;
         members.sort_by(|a, b| key(b).y.total_cmp(&key(a).y).then(key(b).x.total_cmp(&key(a).x)));
-        let mean = (0..=MEASUREMENTS).map(|k| {
-            members
-                .iter()
-                .map(|member| member.track[k].0 * member.share)
-                .sum()
-        });
+        let mean =
+            (0..=MEASUREMENTS).map(|k| members.iter().map(|member| member.track[k].0 * member.share).sum());
         let mean = mean.collect();
         // Frequent measurements are one of less noise, rare ones of more.
         let merged = localise.interval_s / interval;
@@ -140,16 +127,8 @@ impl Scene {
             speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),
             turn_rate,
             current: craft_from_ned * snapshot.current(),
-            discs: snapshot
-                .keep_outs
-                .iter()
-                .map(|disc| (place(disc.centre()), disc.radius_m))
-                .collect(),
-            area: snapshot
-                .area
-                .iter()
-                .map(|corner| place((*corner).into()))
-                .collect(),
+            discs: snapshot.keep_outs.iter().map(|disc| (place(disc.centre()), disc.radius_m)).collect(),
+            area: snapshot.area.iter().map(|corner| place((*corner).into())).collect(),
             members,
         })
     }

@@ -8,16 +8,8 @@ pub(crate) fn sentence(figure: &Figure) -> String {
         [one] => one.auv.to_string(),
         several => format!("the mean of {} AUVs", several.len()),
     };
-    let hand = if figure.rate_radps < 0.0 {
-        "port"
-    } else {
-        "starboard"
-    };
-    let side = if figure.starboard_m < 0.0 {
-        "port"
-    } else {
-        "starboard"
-    };
+    let hand = if figure.rate_radps < 0.0 { "port" } else { "starboard" };
+    let side = if figure.starboard_m < 0.0 { "port" } else { "starboard" };
     let (along, across) = (figure.semi_ahead_m, figure.semi_starboard_m);
     let sails = match figure.kind {
         FigureKind::Above => format!("staying above {about}"),
@@ -39,11 +31,7 @@ pub(crate) fn sentence(figure: &Figure) -> String {
     };
     let (on_it, above) = (largest(|auv| auv.sigma_m), largest(|auv| auv.sigma_above_m));
     let unknown = figure.vehicles.iter().any(|auv| auv.sigma_now_m.is_none());
-    let unknown = if unknown {
-        "; present uncertainty not known"
-    } else {
-        ""
-    };
+    let unknown = if unknown { "; present uncertainty not known" } else { "" };
     match figure.kind {
         FigureKind::Above => format!("{sails}: {on_it:.1} m{unknown}"),
         _ => format!("{sails}: {on_it:.1} m, {above:.1} m if it stayed above{unknown}"),

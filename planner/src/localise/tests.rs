@@ -41,21 +41,12 @@ fn request(states: &[AuvState]) -> PlanRequest {
     let auvs = ids.iter().zip(states).map(|(id, state)| Auv::new(&**id, *state));
     let craft = Asc::new(Vector2::zeros(), Heading::new(0.4), 1.0);
     let mut request = PlanRequest::new(1000.0, craft, auvs.collect(), Goal::Localise(localise));
-    request.limits = Some(
-        Limits {
-            speed_max: SPEED,
-            turn_rate_max: TURN_RATE,
-            ..Limits::ANY
-        }
-        .into(),
-    );
+    request.limits = Some(Limits { speed_max: SPEED, turn_rate_max: TURN_RATE, ..Limits::ANY }.into());
     request
 }
 
 fn localise(request: &mut PlanRequest) -> &mut Localise {
-    let Goal::Localise(localise) = &mut request.goal.goal else {
-        panic!("the goal localises")
-    };
+    let Goal::Localise(localise) = &mut request.goal.goal else { panic!("the goal localises") };
     localise
 }
 
@@ -89,22 +80,15 @@ fn random(seed: u64) -> PlanRequest {
 
 fn figure(request: &PlanRequest) -> Figure {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let localiser = Localiser {
-        speed: SPEED,
-        turn_rate: TURN_RATE,
-        fixed: None,
-        is_stale: &|_| false,
-        due: &|| false,
-    };
+    let localiser =
+        Localiser { speed: SPEED, turn_rate: TURN_RATE, fixed: None, is_stale: &|_| false, due: &|| false };
     let found = localiser.figure(&snapshot, &forecast_all(&snapshot));
     found.expect("the goal localises").0
 }
 
 fn scene(request: &PlanRequest) -> Scene {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let Goal::Localise(goal) = &snapshot.goal.goal else {
-        panic!("the goal localises")
-    };
+    let Goal::Localise(goal) = &snapshot.goal.goal else { panic!("the goal localises") };
     let auvs: Vec<_> = (0..snapshot.auvs.len()).collect();
     let forecasts = forecast_all(&snapshot);
     Scene::new(&snapshot, goal, &forecasts, &auvs, (SPEED, TURN_RATE)).expect("has AUVs")
@@ -114,28 +98,17 @@ fn scene(request: &PlanRequest) -> Scene {
 #[track_caller]
 fn alike(found: &Figure, expected: &Figure, turned: f64) {
     let sizes = |figure: &Figure| {
-        let shape = [
-            figure.ahead_m,
-            figure.semi_ahead_m,
-            figure.semi_starboard_m,
-            figure.rate_radps,
-        ];
+        let shape = [figure.ahead_m, figure.semi_ahead_m, figure.semi_starboard_m, figure.rate_radps];
         shape.map(f64::abs)
     };
     assert_eq!(found.kind, expected.kind);
     for (found, expected) in sizes(found).into_iter().zip(sizes(expected)) {
-        assert!(
-            (found - expected).abs() < 1e-6 * (1.0 + expected.abs()),
-            "{found} {expected}"
-        );
+        assert!((found - expected).abs() < 1e-6 * (1.0 + expected.abs()), "{found} {expected}");
     }
     for time in [0.0, 20.0, 50.0] {
         let ((place, _), (other, _)) = (found.at(time), expected.at(time));
         let other = ned_from_body(turned) * other;
-        assert!(
-            (place - other).norm() < 1e-6 * (1.0 + place.norm()),
-            "{place} {other} at {time} s"
-        );
+        assert!((place - other).norm() < 1e-6 * (1.0 + place.norm()), "{place} {other} at {time} s");
     }
 }
 
@@ -178,11 +151,7 @@ fn ranges_are_taken_from_a_circle_and_usbl_fixes_from_right_above() {
     assert!((15.0..60.0).contains(&found.semi_ahead_m), "{found:?}");
     let vehicle = &found.vehicles[0];
     assert!(vehicle.sigma_m < 0.4 * vehicle.sigma_above_m, "{found:?}");
-    assert!(
-        found.sentence.starts_with("circling auv-0 to "),
-        "{}",
-        found.sentence
-    );
+    assert!(found.sentence.starts_with("circling auv-0 to "), "{}", found.sentence);
     localise(&mut request).fixes = crate::facts::localise::Fixes::Usbl;
     assert_eq!(figure(&request).kind, FigureKind::Above);
 }
@@ -241,10 +210,7 @@ fn a_mirrored_request_has_the_mirrored_figure() {
         let found = figure(&request);
         assert_eq!(found.kind, expected.kind, "seed {seed}");
         for (found, expected) in found.vehicles.iter().zip(&expected.vehicles) {
-            assert!(
-                (found.sigma_m - expected.sigma_m).abs() < 1e-6 * expected.sigma_m,
-                "seed {seed}"
-            );
+            assert!((found.sigma_m - expected.sigma_m).abs() < 1e-6 * expected.sigma_m, "seed {seed}");
         }
         mirrored_once += usize::from(found.rate_radps * expected.rate_radps < 0.0);
     }
@@ -257,11 +223,7 @@ fn an_unknown_navigation_is_said_to_be_unknown() {
     localise(&mut request).costs_now.clear();
     let found = figure(&request);
     assert_eq!(found.vehicles[0].sigma_now_m, None);
-    assert!(
-        found.sentence.ends_with("present uncertainty not known"),
-        "{}",
-        found.sentence
-    );
+    assert!(found.sentence.ends_with("present uncertainty not known"), "{}", found.sentence);
     let mut covariance = [[0.0; 4]; 4];
     for (i, variance) in [9.0, 16.0, 0.01, 0.01].into_iter().enumerate() {
         covariance[i][i] = variance;
@@ -282,10 +244,7 @@ fn a_figure_keeps_the_distance_the_range_and_the_area() {
     // A disc where the craft would circle.
     let free = figure(&one());
     let mut closed = one();
-    closed.keep_outs = vec![KeepOut::new(
-        Vector2::new(10.0, 5.0) + direction(0.7) * 40.0,
-        35.0,
-    )];
+    closed.keep_outs = vec![KeepOut::new(Vector2::new(10.0, 5.0) + direction(0.7) * 40.0, 35.0)];
     assert_ne!(figure(&closed), free);
 }
 
@@ -342,16 +301,8 @@ fn every_fleet_has_a_finite_figure_and_a_plan_that_sails_it() {
         sailed(request, 3, |_, plan| {
             let figure = plan.figure.as_ref().expect("the goal localises");
             let (place, velocity) = figure.at(30.0);
-            assert!(
-                place.norm().is_finite() && velocity.norm() < 2.0 * SPEED,
-                "{figure:?}"
-            );
-            assert!(
-                figure
-                    .vehicles
-                    .iter()
-                    .all(|vehicle| 0.0 < vehicle.sigma_m && vehicle.sigma_m < 1e4)
-            );
+            assert!(place.norm().is_finite() && velocity.norm() < 2.0 * SPEED, "{figure:?}");
+            assert!(figure.vehicles.iter().all(|vehicle| 0.0 < vehicle.sigma_m && vehicle.sigma_m < 1e4));
         });
     }
 }

@@ -34,10 +34,7 @@ impl Scene {
         let (mut position, mut bow) = (Vector2::zeros(), Vector2::new(1.0, 0.0));
         let mut covariances: SmallVec<[Matrix2<f64>; AUVS_MAX]> =
             self.members.iter().map(|member| member.covariance).collect();
-        let mut outcome = Outcome {
-            cost: 0.0,
-            variances: covariances.iter().map(|_| 0.0).collect(),
-        };
+        let mut outcome = Outcome { cost: 0.0, variances: covariances.iter().map(|_| 0.0).collect() };
         let n = MEASUREMENTS as f64;
         let (mut energy, mut breaches) = (0.0, 0.0);
         for k in 1..=MEASUREMENTS {

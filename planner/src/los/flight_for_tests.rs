@@ -41,22 +41,11 @@ impl Default for Flight {
 
 /// A craft in still water.
 pub(crate) fn craft_at(position: Vector2<f64>, heading: f64) -> AscNow {
-    AscNow {
-        position,
-        heading: Heading::new(heading),
-        current: Vector2::zeros(),
-    }
+    AscNow { position, heading: Heading::new(heading), current: Vector2::zeros() }
 }
 
 pub(crate) fn tuning(law: LosLaw) -> LosTuning {
-    LosTuning {
-        law,
-        gains: LosGains {
-            look_ahead: 5.0,
-            along_track_gain: 0.1,
-        },
-        integral_gain: 0.05,
-    }
+    LosTuning { law, gains: LosGains { look_ahead: 5.0, along_track_gain: 0.1 }, integral_gain: 0.05 }
 }
 
 /// The craft's position relative to its target after `seconds`, (ahead, starboard), m.
@@ -64,10 +53,7 @@ pub(crate) fn miss_after(seconds: u32, tuning: LosTuning, flight: &Flight) -> Ve
     /// Simulation steps in a second.
     const PARTS: u32 = 10;
     let velocity = direction(flight.course) * flight.target_speed;
-    let target = |time: f64| Motion {
-        position: flight.datum + velocity * time,
-        velocity,
-    };
+    let target = |time: f64| Motion { position: flight.datum + velocity * time, velocity };
     let held = crate::facts::angle::Course::new(flight.course);
     let mut tracking = TrackingLaw::new(tuning, Some(held));
     let mut asc = craft_at(flight.datum + flight.start, flight.course);

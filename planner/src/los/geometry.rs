@@ -27,13 +27,6 @@ pub(crate) fn through_water(asc: &AscNow, u: f64, course: Course, limits: &Limit
     let through_water = course.unit() * u - asc.current;
     let speed = through_water.norm();
     // If the current alone suffices, the heading is arbitrary: keep the present one.
-    let heading = if speed < f64::EPSILON {
-        asc.heading
-    } else {
-        Heading::new(angle_of(&through_water))
-    };
-    Reference {
-        speed: speed.clamp(limits.speed_min, limits.speed_max),
-        heading,
-    }
+    let heading = if speed < f64::EPSILON { asc.heading } else { Heading::new(angle_of(&through_water)) };
+    Reference { speed: speed.clamp(limits.speed_min, limits.speed_max), heading }
 }

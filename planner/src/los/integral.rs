@@ -68,10 +68,7 @@ mod tests {
 
     #[test]
     fn the_integral_rejects_an_unknown_cross_current() {
-        let flight = Flight {
-            current: Vector2::new(0.0, 0.12),
-            ..Flight::default()
-        };
+        let flight = Flight { current: Vector2::new(0.0, 0.12), ..Flight::default() };
         let cross_track = |law| miss_after(1800, tuning(law), &flight).y.abs();
         let (with, without) = (cross_track(LosLaw::Integral), cross_track(LosLaw::SaturatedLos));
         // At rest u sin χ_r = −v_c and u cos χ_r = u_d: tan χ_r = −v_c / u_d, so e = Δ v_c / u_d.
@@ -82,10 +79,7 @@ mod tests {
 
     #[test]
     fn an_unknown_current_along_the_track_leaves_an_along_track_error() {
-        let flight = Flight {
-            current: Vector2::new(0.05, 0.0),
-            ..Flight::default()
-        };
+        let flight = Flight { current: Vector2::new(0.05, 0.0), ..Flight::default() };
         let tuning = tuning(LosLaw::Integral);
         // u + v_c = u_d and u = u_d − k₃ s: s = v_c / k₃.
         let s = 0.05 / tuning.gains.along_track_gain;

@@ -21,12 +21,7 @@ pub enum LosLaw {
 
 impl LosLaw {
     /// All laws; the fallback level first.
-    pub const ALL: [Self; 4] = [
-        Self::SaturatedLos,
-        Self::TrackerFrame,
-        Self::Integral,
-        Self::WaypointBox,
-    ];
+    pub const ALL: [Self; 4] = [Self::SaturatedLos, Self::TrackerFrame, Self::Integral, Self::WaypointBox];
 
     /// Its name in JSON and records.
     pub fn name(self) -> &'static str {
@@ -85,21 +80,14 @@ impl LawGains {
 
     /// The gains in the order of [`Self::RANGES`].
     pub fn values(&self) -> [Option<f64>; 3] {
-        [
-            Some(self.look_ahead_m),
-            Some(self.along_track_gain_per_s),
-            self.integral_gain_mps,
-        ]
+        [Some(self.look_ahead_m), Some(self.along_track_gain_per_s), self.integral_gain_mps]
     }
 
     /// `law` with these gains; `integral_gain`, m/s, replaces an undeclared one.
     pub fn tuning(self, law: LosLaw, integral_gain: f64) -> LosTuning {
         LosTuning {
             law,
-            gains: LosGains {
-                look_ahead: self.look_ahead_m,
-                along_track_gain: self.along_track_gain_per_s,
-            },
+            gains: LosGains { look_ahead: self.look_ahead_m, along_track_gain: self.along_track_gain_per_s },
             integral_gain: self.integral_gain_mps.unwrap_or(integral_gain),
         }
     }
@@ -117,15 +105,8 @@ impl From<LosTuning> for LawGains {
 
 impl fmt::Display for LawGains {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self {
-            look_ahead_m,
-            along_track_gain_per_s,
-            integral_gain_mps,
-        } = self;
-        write!(
-            f,
-            "look-ahead {look_ahead_m} m, along-track gain {along_track_gain_per_s} 1/s"
-        )?;
+        let Self { look_ahead_m, along_track_gain_per_s, integral_gain_mps } = self;
+        write!(f, "look-ahead {look_ahead_m} m, along-track gain {along_track_gain_per_s} 1/s")?;
         match integral_gain_mps {
             Some(integral_gain) => write!(f, ", integral gain {integral_gain} m/s"),
             None => Ok(()),

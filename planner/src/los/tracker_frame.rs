@@ -131,10 +131,7 @@ mod tests {
 
     #[test]
     fn at_the_target_the_reference_is_the_target_s_motion() {
-        let target = Motion {
-            position: Vector2::new(7.0, -3.0),
-            velocity: Vector2::new(-0.1, 0.15),
-        };
+        let target = Motion { position: Vector2::new(7.0, -3.0), velocity: Vector2::new(-0.1, 0.15) };
         let asc = craft_at(target.position, 2.0);
         let (gains, course) = (tuning(LosLaw::TrackerFrame).gains, Course::of(&target.velocity));
         let reference = saturated_los_tracker_frame(&asc, &target, course, gains, &Limits::MEDUSA);

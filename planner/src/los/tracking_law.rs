@@ -23,12 +23,7 @@ pub struct TrackingLaw {
 impl TrackingLaw {
     /// The law at its start. `course`: the target's last one in motion, if known.
     pub fn new(tuning: LosTuning, course: Option<Course>) -> Self {
-        Self {
-            tuning,
-            course,
-            integral: IntegralState::default(),
-            waypoint_box: WaypointBox::default(),
-        }
+        Self { tuning, course, integral: IntegralState::default(), waypoint_box: WaypointBox::default() }
     }
 
     /// The law.
@@ -44,15 +39,9 @@ impl TrackingLaw {
         match self.tuning.law {
             LosLaw::SaturatedLos => saturated_los(asc, target, course, gains, limits),
             LosLaw::TrackerFrame => saturated_los_tracker_frame(asc, target, course, gains, limits),
-            LosLaw::Integral => integral_los(
-                time,
-                asc,
-                target,
-                course,
-                &self.tuning,
-                limits,
-                &mut self.integral,
-            ),
+            LosLaw::Integral => {
+                integral_los(time, asc, target, course, &self.tuning, limits, &mut self.integral)
+            }
             LosLaw::WaypointBox => self.waypoint_box.steer(time, asc, target, course, gains, limits),
         }
     }
@@ -81,12 +70,7 @@ mod tests {
         ] {
             for current in [Vector2::zeros(), Vector2::new(0.03, 0.12)] {
                 for start in [Vector2::new(-20.0, 5.0), Vector2::new(15.0, -9.0)] {
-                    let flight = Flight {
-                        current,
-                        known: current,
-                        start,
-                        ..Flight::default()
-                    };
+                    let flight = Flight { current, known: current, start, ..Flight::default() };
                     near_to(miss_after(seconds, tuning(law), &flight), Vector2::zeros(), near);
                 }
             }
@@ -121,10 +105,7 @@ mod tests {
         for law in LosLaw::ALL {
             let mut tracking = TrackingLaw::new(tuning(law), Some(Course::new(1.0)));
             let asc = craft_at(Vector2::zeros(), 0.0);
-            let noise = Motion {
-                position: Vector2::zeros(),
-                velocity: Vector2::new(-0.01, 0.0),
-            };
+            let noise = Motion { position: Vector2::zeros(), velocity: Vector2::new(-0.01, 0.0) };
             let _ = tracking.steer(0.0, &asc, &noise, &Limits::MEDUSA);
             assert_eq!(tracking.course, Some(Course::new(1.0)));
         }

@@ -92,11 +92,7 @@ impl WaypointBox {
 
     /// Stores a fix when due; `true` if the target is another one than at the last fix.
     fn take_fix(&mut self, time: f64, position: &Vector2<f64>) -> bool {
-        let first = Fixes {
-            last: *position,
-            taken_at: time,
-            before: None,
-        };
+        let first = Fixes { last: *position, taken_at: time, before: None };
         let Some(fixes) = self.fixes else {
             self.fixes = Some(first);
             return false;
@@ -105,10 +101,7 @@ impl WaypointBox {
         if jumped || time < fixes.taken_at {
             self.fixes = Some(first);
         } else if FIX_INTERVAL <= time - fixes.taken_at {
-            self.fixes = Some(Fixes {
-                before: Some(fixes.last),
-                ..first
-            });
+            self.fixes = Some(Fixes { before: Some(fixes.last), ..first });
         }
         jumped
     }
@@ -128,12 +121,7 @@ impl Lap {
         });
         let distance = |i: &usize| (corners[*i] - asc.position).norm();
         let nearest = (0..corners.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        Self {
-            corners,
-            drawn_at: time,
-            from: asc.position,
-            to: nearest.unwrap_or(0),
-        }
+        Self { corners, drawn_at: time, from: asc.position, to: nearest.unwrap_or(0) }
     }
 
     /// Skips all corners that the craft has reached.
@@ -158,14 +146,8 @@ impl Lap {
     }
 
     fn follow(&self, asc: &AscNow, gains: LosGains, limits: &Limits) -> Reference {
-        let corner = Motion {
-            position: self.corners[self.to],
-            velocity: Vector2::zeros(),
-        };
-        let round = Limits {
-            speed_max: limits.speed_max.min(SPEED_ROUND.max(limits.speed_min)),
-            ..*limits
-        };
+        let corner = Motion { position: self.corners[self.to], velocity: Vector2::zeros() };
+        let round = Limits { speed_max: limits.speed_max.min(SPEED_ROUND.max(limits.speed_min)), ..*limits };
         saturated_los(asc, &corner, Course::of(&self.leg()), gains, &round)
     }
 }
@@ -185,10 +167,7 @@ mod tests {
         let gains = tuning(LosLaw::WaypointBox).gains;
         let asc = craft_at(Vector2::zeros(), 0.0);
         for (time, north, east) in looks {
-            let target = Motion {
-                position: Vector2::new(*north, *east),
-                velocity: Vector2::new(0.2, 0.0),
-            };
+            let target = Motion { position: Vector2::new(*north, *east), velocity: Vector2::new(0.2, 0.0) };
             let _ = following.steer(*time, &asc, &target, Course::new(0.0), gains, &Limits::MEDUSA);
         }
         following.lap.expect("was asked").corners
@@ -224,11 +203,7 @@ mod tests {
 
     #[test]
     fn a_resting_target_is_circled_on_the_box() {
-        let flight = Flight {
-            target_speed: 0.0,
-            start: Vector2::new(-30.0, 5.0),
-            ..Flight::default()
-        };
+        let flight = Flight { target_speed: 0.0, start: Vector2::new(-30.0, 5.0), ..Flight::default() };
         let mut quadrants = [false; 4];
         for time in (360..720).step_by(5) {
             let miss = miss_after(time, tuning(LosLaw::WaypointBox), &flight);

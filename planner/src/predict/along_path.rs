@@ -281,11 +281,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
                     before_lap + self.sense * length,
                 )
         } else {
-            let (near, far) = if self.sense > 0.0 {
-                (0.0, length)
-            } else {
-                (length, 0.0)
-            };
+            let (near, far) = if self.sense > 0.0 { (0.0, length) } else { (length, 0.0) };
             let outside = self.sense * (start - near) < 0.0;
             (!outside || self.over(start, near, 0.0))
                 && self.over_pieces(if outside { near } else { start }, far, 0.0)
@@ -308,11 +304,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
             self.over(from, to, piece.curvature)
         };
         let mut pieces = all[first..after].iter();
-        if start <= end {
-            pieces.all(&mut lay)
-        } else {
-            pieces.rev().all(&mut lay)
-        }
+        if start <= end { pieces.all(&mut lay) } else { pieces.rev().all(&mut lay) }
     }
 
     /// Adds a piece of constant curvature in small turns; `true` if the vehicle reaches the end.
@@ -338,11 +330,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         let middle = self.known.path.at(gamma + 0.5 * self.sense * length);
         let half_turn = 0.5 * self.sense * length * curvature;
         let [before, after] = [-half_turn, half_turn].map(|turn| {
-            let point = PathPoint {
-                tangent: middle.tangent + turn,
-                curvature,
-                ..middle
-            };
+            let point = PathPoint { tangent: middle.tangent + turn, curvature, ..middle };
             self.rate(&point)
         });
         let before = before.max(0.0);

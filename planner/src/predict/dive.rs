@@ -57,10 +57,7 @@ impl DepthForecast {
     pub(crate) fn at_speed(depth: f64, dive: Option<Dive>, u_h: f64) -> Self {
         match dive {
             Some(dive) if SPEED_AT_REST <= u_h => {
-                let cycle = Cycle {
-                    dive,
-                    speed: u_h / dive.pitch_rad.cos(),
-                };
+                let cycle = Cycle { dive, speed: u_h / dive.pitch_rad.cos() };
                 let flight = |descending| SawtoothFlight::new(cycle, depth, descending);
                 Self::Sawtooth(match dive.descending {
                     Some(descending) => [flight(descending); 2],
@@ -108,29 +105,15 @@ impl SawtoothFlight {
     /// From `depth`, m. A vehicle between the two depths continues; one beyond them is in a
     /// reversal, or approaches the sawtooth if it is farther out than any reversal.
     fn new(cycle: Cycle, depth: f64, descending: bool) -> Self {
-        let Dive {
-            depth_min_m: depth_min,
-            depth_max_m: depth_max,
-            ..
-        } = cycle.dive;
+        let Dive { depth_min_m: depth_min, depth_max_m: depth_max, .. } = cycle.dive;
         let reversal = cycle.dive.reversal();
         let (w, half) = (cycle.sink_rate(), cycle.half_period());
-        let on_it = |phase| Self {
-            cycle,
-            depth,
-            rate: 0.0,
-            approach: 0.0,
-            phase,
-        };
+        let on_it = |phase| Self { cycle, depth, rate: 0.0, approach: 0.0, phase };
         // By symmetry of the reversals: `beyond` the depth that ends a leg, outwards or back.
         let reversing = |beyond: f64, going: bool, leg_end: f64, inward: f64| {
             let root = 1.0 - 4.0 * beyond / (w * reversal);
             if root < 0.0 {
-                Self {
-                    rate: inward * w,
-                    approach: beyond / w,
-                    ..on_it(leg_end + reversal)
-                }
+                Self { rate: inward * w, approach: beyond / w, ..on_it(leg_end + reversal) }
             } else {
                 let before_middle = 0.5 * reversal * root.sqrt();
                 on_it(leg_end + 0.5 * reversal + if going { -before_middle } else { before_middle })
@@ -158,10 +141,7 @@ impl SawtoothFlight {
     fn lead(&self, elapsed: f64) -> Lead {
         let phase = self.phase + (elapsed - self.approach).max(0.0);
         let (now, start) = (self.cycle.lead(phase), self.cycle.lead(self.phase));
-        Lead {
-            distance: now.distance - start.distance,
-            speed: now.speed,
-        }
+        Lead { distance: now.distance - start.distance, speed: now.speed }
     }
 }
 
@@ -220,15 +200,9 @@ impl Cycle {
         let whole = half * distance(reversal, -sin);
         let in_reversal = since - self.leg();
         if in_reversal < 0.0 {
-            return Lead {
-                distance: whole,
-                speed: 0.0,
-            };
+            return Lead { distance: whole, speed: 0.0 };
         }
         let y = sin * (1.0 - 2.0 * (in_reversal / reversal).min(1.0));
-        Lead {
-            distance: whole + distance(in_reversal, y),
-            speed: self.speed * ((1.0 - y * y).sqrt() - cos),
-        }
+        Lead { distance: whole + distance(in_reversal, y), speed: self.speed * ((1.0 - y * y).sqrt() - cos) }
     }
 }

@@ -92,11 +92,7 @@ impl AuvForecast {
     pub fn new(state: &AuvState, intent: Intent<'_>, choice: Forecast, current: &Vector2<f64>) -> Self {
         let tuned = intent.tuned;
         let along_path = |known| AlongPath::new(state, known, intent.fit, current, tuned);
-        let choice = if state.age_s <= FORECAST_AGE_MAX {
-            choice
-        } else {
-            Forecast::Hold
-        };
+        let choice = if state.age_s <= FORECAST_AGE_MAX { choice } else { Forecast::Hold };
         let along = match (choice, intent.path) {
             (Forecast::Path, Some(known)) => Some(along_path(known)),
             (Forecast::Auto | Forecast::Declared, Some(known)) if SPEED_AT_REST <= state.speed_mps => {
@@ -108,12 +104,7 @@ impl AuvForecast {
         let covariance = state.covariance();
         let (model, propagation, depth, velocity_variance) = if let Some(along_path) = along {
             let depth = DepthForecast::at_speed(state.depth_m, intent.dive, along_path.horizontal_speed);
-            (
-                ForecastModel::Path,
-                Propagation::AlongPath(along_path),
-                depth,
-                0.0,
-            )
+            (ForecastModel::Path, Propagation::AlongPath(along_path), depth, 0.0)
         } else {
             let model = match choice {
                 Forecast::Auto | Forecast::Declared | Forecast::Path => from_motion_alone(state, tuned),
@@ -130,12 +121,8 @@ impl AuvForecast {
                 (Forecast::Auto | Forecast::Declared, Some(length)) => velocity.norm() / length,
                 _ => 0.0,
             };
-            let turning = Propagation::Turning(Turning {
-                position: state.position(),
-                velocity,
-                turn_rate,
-                forgetting,
-            });
+            let turning =
+                Propagation::Turning(Turning { position: state.position(), velocity, turn_rate, forgetting });
             let depth = match model {
                 ForecastModel::Hold => DepthForecast::Held(state.depth_m),
                 ForecastModel::ConstantVelocity | ForecastModel::ConstantTurn | ForecastModel::Path => {
@@ -195,18 +182,12 @@ impl AuvForecast {
                 (modelled, self.drift * (memory * (1.0 - left)), self.drift * left)
             }
         };
-        Motion {
-            position: modelled.position + by,
-            velocity: modelled.velocity + rate,
-        }
+        Motion { position: modelled.position + by, velocity: modelled.velocity + rate }
     }
 
     /// The same without a doubt about its path: where it is likeliest, in place of a mean.
     pub(crate) fn likeliest(&self) -> Self {
-        Self {
-            otherwise: None,
-            ..self.clone()
-        }
+        Self { otherwise: None, ..self.clone() }
     }
 
     /// `true` if its course is forgotten, so that its motion is a mean over turns.
@@ -271,13 +252,7 @@ impl AuvForecast {
                     return along;
                 };
                 let between = otherwise.at(elapsed).position - along_path.at(elapsed, lead).position;
-                let other = free(
-                    &self.covariance,
-                    elapsed,
-                    otherwise.velocity.norm(),
-                    0.0,
-                    &self.tuned,
-                );
+                let other = free(&self.covariance, elapsed, otherwise.velocity.norm(), 0.0, &self.tuned);
                 along * (1.0 - doubt)
                     + other * *doubt
                     + between * between.transpose() * (doubt * (1.0 - doubt))
@@ -327,11 +302,8 @@ impl Turning {
         let velocity = Complex::new(self.velocity.x, self.velocity.y);
         let kept = (-z).exp();
         // The next term of the series is z³/24, below the rounding of 1.
-        let mean = if z.norm_sqr() < 1e-10 {
-            z * z / 6.0 - z * 0.5 + 1.0
-        } else {
-            (Complex::from(1.0) - kept) / z
-        };
+        let mean =
+            if z.norm_sqr() < 1e-10 { z * z / 6.0 - z * 0.5 + 1.0 } else { (Complex::from(1.0) - kept) / z };
         let (travelled, then) = (velocity * mean * elapsed, velocity * kept);
         Motion {
             position: self.position + Vector2::new(travelled.re, travelled.im),
@@ -406,11 +378,7 @@ struct Known {
 #[cfg(test)]
 impl Known {
     fn forecast(&self, choice: Forecast, current: &Vector2<f64>) -> AuvForecast {
-        let intent = Intent {
-            path: self.path.as_ref(),
-            dive: self.dive,
-            ..Intent::default()
-        };
+        let intent = Intent { path: self.path.as_ref(), dive: self.dive, ..Intent::default() };
         AuvForecast::new(&self.state, intent, choice, current)
     }
 }
@@ -435,11 +403,7 @@ mod tests {
     };
 
     fn state(turn_rate: f64, age: f64) -> AuvState {
-        AuvState {
-            turn_rate_radps: turn_rate,
-            age_s: age,
-            ..moving(3.0, -4.0, 5.0, 0.7, 0.193)
-        }
+        AuvState { turn_rate_radps: turn_rate, age_s: age, ..moving(3.0, -4.0, 5.0, 0.7, 0.193) }
     }
 
     fn forecast(state: &AuvState, choice: Forecast) -> AuvForecast {
@@ -461,10 +425,7 @@ mod tests {
 
     #[test]
     fn a_forgotten_course_is_the_mean_of_legs_that_end_at_random() {
-        let intent = Intent {
-            forgets_after: Some(60.0),
-            ..Intent::default()
-        };
+        let intent = Intent { forgets_after: Some(60.0), ..Intent::default() };
         let state = moving(0.0, 0.0, 8.0, 0.0, 0.5);
         let ahead = |choice| AuvForecast::new(&state, intent, choice, &Vector2::zeros());
         let far = ahead(Forecast::Auto).at(1e9).position;
@@ -491,27 +452,14 @@ mod tests {
         };
         let state = moving(0.0, 0.0, 8.0, 0.0, 0.5);
         let with = |path: Option<&KnownPath>, doubt: f64| {
-            let intent = Intent {
-                path,
-                doubt,
-                forgets_after: Some(60.0),
-                ..Intent::default()
-            };
+            let intent = Intent { path, doubt, forgets_after: Some(60.0), ..Intent::default() };
             AuvForecast::new(&state, intent, Forecast::Auto, &Vector2::zeros())
         };
         let [sure, doubtful] = [0.0, 0.25].map(|doubt| with(Some(&path), doubt));
         let free = with(None, 0.0);
         let [followed, mean, left] = [&sure, &doubtful, &free].map(|auv| auv.at(120.0));
-        near_to(
-            mean.position,
-            followed.position * 0.75 + left.position * 0.25,
-            1e-9,
-        );
-        near_to(
-            mean.velocity,
-            followed.velocity * 0.75 + left.velocity * 0.25,
-            1e-9,
-        );
+        near_to(mean.position, followed.position * 0.75 + left.position * 0.25, 1e-9);
+        near_to(mean.velocity, followed.velocity * 0.75 + left.velocity * 0.25, 1e-9);
         let apart = (followed.position - left.position).norm_squared();
         let [certain, either, alone] = [&sure, &doubtful, &free].map(|auv| auv.position_variance(120.0));
         near(either, 0.75 * certain + 0.25 * alone + 0.1875 * apart, 1e-9);
@@ -534,10 +482,7 @@ mod tests {
 
     #[test]
     fn a_slow_auv_is_held() {
-        let slow = AuvState {
-            speed_mps: 0.049,
-            ..state(0.1, 0.0)
-        };
+        let slow = AuvState { speed_mps: 0.049, ..state(0.1, 0.0) };
         let forecast = forecast(&slow, Forecast::Auto);
         assert_eq!(forecast.model, ForecastModel::Hold);
         assert_eq!(forecast.at(60.0).position, slow.position());

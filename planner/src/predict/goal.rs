@@ -57,11 +57,7 @@ pub(crate) struct Turn {
 impl Turn {
     /// The only turn, at the AUV with this index in the snapshot.
     pub(crate) fn only(auv: usize) -> Self {
-        Self {
-            until: f64::INFINITY,
-            auv,
-            leg: None,
-        }
+        Self { until: f64::INFINITY, auv, leg: None }
     }
 }
 
@@ -77,10 +73,7 @@ pub(crate) struct GoalLeg {
 impl GoalLeg {
     fn at(&self, ahead: f64) -> Motion {
         let velocity = (self.to - self.from) / (self.arrive - self.depart);
-        Motion {
-            position: self.from + velocity * (ahead - self.depart),
-            velocity,
-        }
+        Motion { position: self.from + velocity * (ahead - self.depart), velocity }
     }
 }
 
@@ -178,10 +171,7 @@ impl GoalForecast {
         let followed = self.followed(ahead);
         if let Some(figure) = &self.figure {
             let (place, velocity) = figure.at(ahead);
-            return Motion {
-                position: followed.position + place,
-                velocity: followed.velocity + velocity,
-            };
+            return Motion { position: followed.position + place, velocity: followed.velocity + velocity };
         }
         let Some(offset) = self.offset else {
             return followed;
@@ -218,9 +208,7 @@ impl GoalForecast {
     pub(crate) fn needs_now(&self) -> impl Iterator<Item = usize> {
         let turn = self.member_in_turn(0.0);
         let members = self.members.iter().enumerate();
-        members
-            .filter(move |(i, _)| turn.is_none_or(|turn| turn == *i))
-            .map(|(_, member)| member.auv)
+        members.filter(move |(i, _)| turn.is_none_or(|turn| turn == *i)).map(|(_, member)| member.auv)
     }
 
     /// Forecasts of all AUVs, in the snapshot's order.
@@ -289,10 +277,7 @@ impl GoalForecast {
             (None, Rule::NearestToAll) => variances().fold(0.0, f64::max),
             (None, Rule::Mean | Rule::InTurn { .. } | Rule::Scheduled(_)) => {
                 let shares = self.members.iter().map(|member| member.share.powi(2));
-                variances()
-                    .zip(shares)
-                    .map(|(variance, share)| variance * share)
-                    .sum()
+                variances().zip(shares).map(|(variance, share)| variance * share).sum()
             }
         };
         SPEED_AT_REST.max(DEVIATIONS_AT_REST * variance.sqrt())
@@ -314,9 +299,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
         let (auv, state) = (known.auv, &known.estimate.state);
         let route = known.estimate.route.as_ref();
         let follows = snapshot.forecast == Forecast::Path || route.is_none_or(Route::is_followed);
-        let current = route
-            .filter(|route| route.is_followed())
-            .map_or(current, |route| route.current);
+        let current = route.filter(|route| route.is_followed()).map_or(current, |route| route.current);
         let repeats = known.estimate.repeats.as_ref();
         let trust = repeats.map_or(1.0, |repeats| repeats.trust);
         let intent = Intent {
@@ -356,11 +339,7 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
             | Goal::Visit(_) => 1.0,
             Goal::Localise(localise) => localise.weight(id),
         };
-        GoalMember {
-            auv,
-            share: weight,
-            at_rest: AtRest::of(&known, &forecasts[auv]),
-        }
+        GoalMember { auv, share: weight, at_rest: AtRest::of(&known, &forecasts[auv]) }
     };
     let mut members: Vec<_> = snapshot.goal.goal.vehicles().map(member).collect();
     let sum: f64 = members.iter().map(|member| member.share).sum();
@@ -376,17 +355,14 @@ impl Rule {
             Goal::Track { .. } | Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Localise(_) => {
                 Self::Mean
             }
-            Goal::Intermittent { dwell_s, epoch_s, .. } => Self::InTurn {
-                since_epoch: snapshot.t_s - epoch_s,
-                dwell: *dwell_s,
-            },
+            Goal::Intermittent { dwell_s, epoch_s, .. } => {
+                Self::InTurn { since_epoch: snapshot.t_s - epoch_s, dwell: *dwell_s }
+            }
             Goal::Range { .. } => Self::NearestToAll,
             Goal::Visit(_) => {
                 let member = |auv: usize| members.iter().position(|member| member.auv == auv);
                 let turns = turns.iter();
-                let mut turns: Vec<_> = turns
-                    .filter_map(|turn| Some((*turn, member(turn.auv)?)))
-                    .collect();
+                let mut turns: Vec<_> = turns.filter_map(|turn| Some((*turn, member(turn.auv)?))).collect();
                 if turns.is_empty() {
                     let member = nearest(snapshot, members, auvs);
                     let auv = members[member].auv;
@@ -419,18 +395,12 @@ impl AtRest {
             Some(path.at(path.closest(&member.at(0.0).position)).tangent)
         };
         let tangent = member.tangent(0.0).map(|(angle, _)| angle).or_else(closest);
-        Self {
-            course: known.estimate.state.course(),
-            tangent: tangent.unwrap_or(0.0),
-        }
+        Self { course: known.estimate.state.course(), tangent: tangent.unwrap_or(0.0) }
     }
 }
 
 fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Motion {
-    let still = Motion {
-        position: Vector2::zeros(),
-        velocity: Vector2::zeros(),
-    };
+    let still = Motion { position: Vector2::zeros(), velocity: Vector2::zeros() };
     motions_and_shares.fold(still, |sum, (motion, share)| Motion {
         position: sum.position + motion.position * share,
         velocity: sum.velocity + motion.velocity * share,
@@ -438,10 +408,7 @@ fn weighted_mean(motions_and_shares: impl Iterator<Item = (Motion, f64)>) -> Mot
 }
 
 /// The member, of `n`, in turn `elapsed` seconds after the epoch, also before it.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "rem_euclid by n <= 16 is an integer in 0..n"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "rem_euclid by n <= 16 is an integer in 0..n")]
 fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
     let turn = (elapsed / dwell).floor();
     (turn.rem_euclid(n as f64) as usize).min(n - 1)

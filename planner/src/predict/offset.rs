@@ -31,10 +31,7 @@ pub(crate) struct Axes {
 
 impl Axes {
     /// North and east.
-    pub(crate) const NED: Self = Self {
-        angle: 0.0,
-        rate: 0.0,
-    };
+    pub(crate) const NED: Self = Self { angle: 0.0, rate: 0.0 };
 
     /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest,
     /// below `slowest`, m/s, the axes are those when the rest began, or `held` if before the
@@ -49,26 +46,17 @@ impl Axes {
         let moves = |time| slowest <= velocity(time).norm();
         if moves(ahead) {
             let turned = wrap(course(ahead + RATE_INTERVAL) - course(ahead - RATE_INTERVAL));
-            return Self {
-                angle: course(ahead),
-                rate: 0.5 * turned / RATE_INTERVAL,
-            };
+            return Self { angle: course(ahead), rate: 0.5 * turned / RATE_INTERVAL };
         }
         let mut resting = ahead.min(REST_AHEAD_MAX);
         while 0.0 < resting {
             let before = (resting - REST_INTERVAL).max(0.0);
             if moves(before) {
-                return Self {
-                    angle: course(last_moving(moves, before, resting)),
-                    rate: 0.0,
-                };
+                return Self { angle: course(last_moving(moves, before, resting)), rate: 0.0 };
             }
             resting = before;
         }
-        Self {
-            angle: held.radians(),
-            rate: 0.0,
-        }
+        Self { angle: held.radians(), rate: 0.0 }
     }
 }
 

@@ -50,10 +50,7 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
     let origin = vehicles[0].position;
     let points: SmallVec<[Lifted; AUVS_MAX]> = vehicles
         .iter()
-        .map(|vehicle| Lifted {
-            position: vehicle.position - origin,
-            square: vehicle.depth * vehicle.depth,
-        })
+        .map(|vehicle| Lifted { position: vehicle.position - origin, square: vehicle.depth * vehicle.depth })
         .collect();
     let mut best = Best::above(&points, 0);
     for i in 1..points.len() {
@@ -62,10 +59,7 @@ pub fn nearest_to_all(vehicles: &[Below]) -> Nearest {
         }
         best = best_with_farthest(i, &points[..=i]);
     }
-    Nearest {
-        position: best.position + origin,
-        weights: best.weights(&points),
-    }
+    Nearest { position: best.position + origin, weights: best.weights(&points) }
 }
 
 /// A vehicle with its squared depth.
@@ -90,10 +84,7 @@ struct Best {
 
 impl Best {
     fn above(points: &[Lifted], i: usize) -> Self {
-        Self {
-            position: points[i].position,
-            support: smallvec![i],
-        }
+        Self { position: points[i].position, support: smallvec![i] }
     }
 
     /// `true` if `a` is no farther than `b`.
@@ -191,10 +182,7 @@ mod tests {
     use crate::{facts::angle::direction, tests::near};
 
     fn below(north: f64, east: f64, depth: f64) -> Below {
-        Below {
-            position: Vector2::new(north, east),
-            depth,
-        }
+        Below { position: Vector2::new(north, east), depth }
     }
 
     fn range(place: &Vector2<f64>, vehicle: &Below) -> f64 {

@@ -14,21 +14,12 @@ pub(crate) type Circle = (Vector2<f64>, f64);
 /// inside all others, whose centre is then in all; or it has a corner, where two circles cross.
 pub(crate) fn have_a_common_point(discs: &[Circle]) -> bool {
     let in_all = |point: &Vector2<f64>| {
-        discs
-            .iter()
-            .all(|(centre, radius)| (point - centre).norm() <= radius + ROUNDING)
+        discs.iter().all(|(centre, radius)| (point - centre).norm() <= radius + ROUNDING)
     };
-    let pairs = || {
-        discs
-            .iter()
-            .enumerate()
-            .flat_map(|(i, a)| discs[i + 1..].iter().map(move |b| (a, b)))
-    };
+    let pairs = || discs.iter().enumerate().flat_map(|(i, a)| discs[i + 1..].iter().map(move |b| (a, b)));
     discs.is_empty()
         || discs.iter().any(|(centre, _)| in_all(centre))
-        || pairs()
-            .flat_map(|(a, b)| crossings(a, b))
-            .any(|point| in_all(&point))
+        || pairs().flat_map(|(a, b)| crossings(a, b)).any(|point| in_all(&point))
 }
 
 /// Crossings of two circles; twice the same if they touch, far away if they do not meet.

@@ -88,17 +88,13 @@ impl Frame {
         times: &[f64],
     ) -> impl Iterator<Item = TrajectoryPoint> {
         let mut heading = self.heading;
-        stages
-            .iter()
-            .zip(times)
-            .enumerate()
-            .map(move |(k, (stage, time))| {
-                let velocity = self.ned_from_craft * stage.velocity;
-                if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
-                    heading = Heading::new(angle_of(&velocity));
-                }
-                let position = self.origin + self.ned_from_craft * stage.position;
-                TrajectoryPoint::new(self.now + time, position, stage.velocity.norm(), heading)
-            })
+        stages.iter().zip(times).enumerate().map(move |(k, (stage, time))| {
+            let velocity = self.ned_from_craft * stage.velocity;
+            if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
+                heading = Heading::new(angle_of(&velocity));
+            }
+            let position = self.origin + self.ned_from_craft * stage.position;
+            TrajectoryPoint::new(self.now + time, position, stage.velocity.norm(), heading)
+        })
     }
 }

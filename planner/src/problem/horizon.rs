@@ -68,10 +68,7 @@ impl<'a> Horizon<'a> {
             goal: goal_motions,
             goal_course: target_course(&goal.at(0.0), Some(goal.course())),
             current: frame.vector(&snapshot.current()),
-            start: Stage {
-                position: Vector2::zeros(),
-                velocity: snapshot.velocity_now(yaw_rate),
-            },
+            start: Stage { position: Vector2::zeros(), velocity: snapshot.velocity_now(yaw_rate) },
             yaw_rate,
             previous,
             followed,
@@ -96,10 +93,7 @@ impl<'a> Horizon<'a> {
         let law = |time, asc: &_, _| {
             let (now, asc) = (self.frame.time(time), self.frame.asc_in_ned(asc));
             let asked = tracking.steer(now, &asc, &self.forecast.at(time), self.snapshot.limits());
-            Reference {
-                heading: Heading::new(self.frame.angle(asked.heading.radians())),
-                ..asked
-            }
+            Reference { heading: Heading::new(self.frame.angle(asked.heading.radians())), ..asked }
         };
         self.roll_out(self.snapshot.craft_model(), law)
     }
@@ -117,11 +111,8 @@ impl<'a> Horizon<'a> {
         law: impl FnMut(f64, &AscNow, Surge) -> Reference,
     ) -> Rollout {
         let heading = |followed: FollowedHeading| Heading::new(self.frame.angle(followed.heading.radians()));
-        let response = Response {
-            craft,
-            current: self.current,
-            heading_reference: self.followed.map(heading),
-        };
+        let response =
+            Response { craft, current: self.current, heading_reference: self.followed.map(heading) };
         response.roll_out(self.start, Heading::new(0.0), &self.parameters.steps, law)
     }
 
@@ -129,10 +120,7 @@ impl<'a> Horizon<'a> {
     pub(crate) fn directions_of(stages: &[Stage]) -> impl Iterator<Item = Vector2<f64>> {
         let ahead = Vector2::new(1.0, 0.0);
         let later = stages[1..].iter().scan(ahead, |last, stage| {
-            *last = stage
-                .velocity
-                .try_normalize(SPEED_WITHOUT_DIRECTION)
-                .unwrap_or(*last);
+            *last = stage.velocity.try_normalize(SPEED_WITHOUT_DIRECTION).unwrap_or(*last);
             Some(*last)
         });
         std::iter::once(ahead).chain(later)
@@ -140,9 +128,7 @@ impl<'a> Horizon<'a> {
 
     /// An earlier trajectory at this horizon's stages, craft frame.
     pub(crate) fn stages_along(&self, previous: &PreviousTrajectory<'_>) -> Vec<Stage> {
-        let later = self.times[1..]
-            .iter()
-            .map(|time| self.frame.stage(&previous.at(self.frame.time(*time))));
+        let later = self.times[1..].iter().map(|time| self.frame.stage(&previous.at(self.frame.time(*time))));
         std::iter::once(self.start).chain(later).collect()
     }
 
@@ -159,10 +145,7 @@ impl<'a> Horizon<'a> {
         let acceleration = (to.velocity - from.velocity) / dt;
         let velocity = from.velocity + acceleration * (share * dt);
         let mean = (from.velocity + velocity) * 0.5 + self.current;
-        Stage {
-            position: from.position + mean * since,
-            velocity,
-        }
+        Stage { position: from.position + mean * since, velocity }
     }
 
     /// Time of a stage on the snapshot's clock, s.

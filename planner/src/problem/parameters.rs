@@ -113,10 +113,7 @@ impl Parameters {
                 velocity: or(tuning.velocity_weight_per_m2ps2, weights.velocity),
                 acceleration: or(tuning.acceleration_weight_per_m2ps4, weights.acceleration),
                 terminal_position: or(tuning.terminal_position_weight_per_m2, weights.terminal_position),
-                terminal_velocity: or(
-                    tuning.terminal_velocity_weight_per_m2ps2,
-                    weights.terminal_velocity,
-                ),
+                terminal_velocity: or(tuning.terminal_velocity_weight_per_m2ps2, weights.terminal_velocity),
                 energy: or(tuning.energy_weight_per_j, weights.energy),
                 ..weights.clone()
             },
@@ -149,10 +146,9 @@ impl Parameters {
                 // Keeps the least gap that a request may have.
                 speed_max: (self.speed_share * limits.speed_max)
                     .max(limits.speed_max.min(limits.speed_min + SPEED_GAP)),
-                turn_rate_max: limits.turn_rate_max.min(
-                    self.heading_rate_max
-                        .max(self.quick_craft_share * limits.turn_rate_max),
-                ),
+                turn_rate_max: limits
+                    .turn_rate_max
+                    .min(self.heading_rate_max.max(self.quick_craft_share * limits.turn_rate_max)),
                 ..*limits
             },
             ..*craft
@@ -178,8 +174,7 @@ impl Parameters {
             .filter_map(|estimate| estimate.state.position_sigma())
             .fold(0.0, f64::max);
         let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
-        self.weights
-            .for_uncertain_goal(distance, sigma, self.uncertain_goal_share)
+        self.weights.for_uncertain_goal(distance, sigma, self.uncertain_goal_share)
     }
 }
 
@@ -195,11 +190,7 @@ impl Weights {
     /// `docs/rationale.md#prices`.
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {
         let (error, sigma) = (distance.powi(4), (UNCERTAINTY_DEVIATIONS * sigma).powi(4));
-        let share = if sigma > 0.0 {
-            (error / (error + sigma)).max(least)
-        } else {
-            1.0
-        };
+        let share = if sigma > 0.0 { (error / (error + sigma)).max(least) } else { 1.0 };
         Self {
             position: self.position * share,
             terminal_position: self.terminal_position * share,
@@ -214,10 +205,7 @@ impl Default for Parameters {
         Self {
             steps,
             weights: Weights::default(),
-            los: LosGains {
-                look_ahead: 10.0,
-                along_track_gain: 0.15,
-            },
+            los: LosGains { look_ahead: 10.0, along_track_gain: 0.15 },
             // Damping ½ √(u/σ) of the cross-track error: 1.3 behind an AUV at 0.193 m/s.
             integral_gain: 0.03,
             scp_iterations: 2,
@@ -301,15 +289,10 @@ mod tests {
 
     #[test]
     fn position_uncertainty_keeps_the_weights_of_velocity_acceleration_and_limits() {
-        let (weights, uncertain) = (
-            Weights::default(),
-            Weights::default().for_uncertain_goal(1.0, 1.0, LEAST),
-        );
-        let restored = Weights {
-            position: weights.position,
-            terminal_position: weights.terminal_position,
-            ..uncertain
-        };
+        let (weights, uncertain) =
+            (Weights::default(), Weights::default().for_uncertain_goal(1.0, 1.0, LEAST));
+        let restored =
+            Weights { position: weights.position, terminal_position: weights.terminal_position, ..uncertain };
         assert_eq!(restored, weights);
     }
 }

@@ -103,9 +103,7 @@ impl StageConstraints {
             };
             auvs.iter().map(range).collect()
         });
-        let counting = auvs
-            .iter()
-            .filter(|auv| is_minimax(snapshot, &snapshot.auvs[**auv].id));
+        let counting = auvs.iter().filter(|auv| is_minimax(snapshot, &snapshot.auvs[**auv].id));
         let minimax = counting.map(|auv| sampling.minimax_range(&forecasts[*auv]));
         let mut constraints = Self {
             minimax: minimax.collect(),
@@ -217,10 +215,7 @@ impl StageConstraints {
             edge.offset = edge.offset.clamp(-far, far);
         }
         // Distant members keep their directions from the goal, along which the largest range grows.
-        let spread = near
-            .minimax
-            .iter()
-            .flat_map(|member| member.positions.iter().zip(goal));
+        let spread = near.minimax.iter().flat_map(|member| member.positions.iter().zip(goal));
         let spread = spread.map(|(position, goal)| (position - goal.position).norm());
         let deepest = near.minimax.iter().flat_map(|member| &member.depths).copied();
         let shrink = (far / spread.chain(deepest).fold(far, f64::max)).min(1.0);
@@ -252,9 +247,7 @@ impl StageConstraints {
                 let nearest = nearest_of_chord(&from, &to, &disc.centres[k]);
                 let abeam =
                     || starboard_of((to - from).try_normalize(1e-9).unwrap_or(Vector2::new(1.0, 0.0)));
-                disc.normals[k] = (nearest - disc.centres[k])
-                    .try_normalize(1e-6)
-                    .unwrap_or_else(abeam);
+                disc.normals[k] = (nearest - disc.centres[k]).try_normalize(1e-6).unwrap_or_else(abeam);
             }
         }
     }
@@ -343,10 +336,7 @@ fn edges(corners: &[[f64; 2]], frame: &Frame) -> impl Iterator<Item = Edge> {
         // Seen from above, the area is to starboard of a clockwise edge.
         let along = (to - from).normalize();
         let normal = frame.vector(&-starboard_of(along));
-        Edge {
-            normal,
-            offset: normal.dot(&frame.position(&from)),
-        }
+        Edge { normal, offset: normal.dot(&frame.position(&from)) }
     })
 }
 
@@ -361,10 +351,6 @@ pub(crate) fn nearest_of_chord(
 ) -> Vector2<f64> {
     let chord = to - from;
     let length = chord.norm_squared();
-    let share = if length > 0.0 {
-        ((centre - from).dot(&chord) / length).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
+    let share = if length > 0.0 { ((centre - from).dot(&chord) / length).clamp(0.0, 1.0) } else { 0.0 };
     from + chord * share
 }

@@ -13,11 +13,7 @@ impl Program {
             for k in self.stages() {
                 let row = self.layout.range_cone(k, i);
                 self.bounds[row] = range.radii[k] / LENGTH_UNIT;
-                let slack = if range.named {
-                    Slack::AcousticRange
-                } else {
-                    Slack::OtherRange
-                };
+                let slack = if range.named { Slack::AcousticRange } else { Slack::OtherRange };
                 self.soften(row, k, slack, LENGTH_UNIT);
                 self.add_axes(row + 1, self.layout.deviation(k), -1.0);
                 self.bound(row + 1, (subproblem.goal[k] - range.centres[k]) / LENGTH_UNIT);
@@ -48,11 +44,7 @@ impl Program {
                 let there = disc.radii[start].max(disc.radii[k]) >= 0.0;
                 let normal = if there { disc.normals[k] } else { Vector2::zeros() };
                 let reach = |at: usize| {
-                    if there {
-                        disc.radii[at] + sag(subproblem, k)
-                    } else {
-                        -LENGTH_UNIT
-                    }
+                    if there { disc.radii[at] + sag(subproblem, k) } else { -LENGTH_UNIT }
                 };
                 self.outside(end, k, k, normal, disc.centres[k], reach(k), subproblem);
                 if start > 0 {

@@ -32,10 +32,7 @@ impl Program {
     pub fn new(subproblem: &Subproblem<'_>) -> Self {
         let layout = subproblem.layout();
         let (n, n_stages) = (layout.n_variables(), layout.n_stages);
-        let mut cones = vec![
-            Cone::Zero(2 * n_stages),
-            Cone::Nonnegative(layout.n_inequalities()),
-        ];
+        let mut cones = vec![Cone::Zero(2 * n_stages), Cone::Nonnegative(layout.n_inequalities())];
         let n_cones_of_three = n_stages * (1 + layout.n_ranges);
         cones.extend((0..n_cones_of_three).map(|_| Cone::SecondOrder(3)));
         cones.extend((0..n_stages * layout.n_minimax).map(|_| Cone::SecondOrder(4)));

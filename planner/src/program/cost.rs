@@ -52,11 +52,7 @@ impl Program {
         let scale = cost_scale(subproblem);
         for k in self.stages() {
             let last = k == self.layout.n_stages;
-            let terminal = if last {
-                subproblem.weights.terminal_velocity
-            } else {
-                0.0
-            };
+            let terminal = if last { subproblem.weights.terminal_velocity } else { 0.0 };
             let weight = scale * (subproblem.weights.velocity * duration(subproblem, k) + terminal);
             for axis in 0..2 {
                 let v = self.layout.velocity(k) + axis;
@@ -121,10 +117,8 @@ impl Program {
                 let (linear, quadratic) = price(slack, subproblem.weights);
                 let column = self.layout.slack(k, slack);
                 self.linear[column] += linear * SLACK_UNIT;
-                self.cost_triplets
-                    .push((column, column, 2.0 * quadratic * SLACK_UNIT * SLACK_UNIT));
-                self.row_triplets
-                    .push((self.layout.slack_sign(k, slack), column, -1.0));
+                self.cost_triplets.push((column, column, 2.0 * quadratic * SLACK_UNIT * SLACK_UNIT));
+                self.row_triplets.push((self.layout.slack_sign(k, slack), column, -1.0));
             }
         }
     }
@@ -148,11 +142,7 @@ fn duration(subproblem: &Subproblem<'_>, k: usize) -> f64 {
 
 fn position_weight(subproblem: &Subproblem<'_>, k: usize) -> f64 {
     let last = k == subproblem.steps.len();
-    let terminal = if last {
-        subproblem.weights.terminal_position
-    } else {
-        0.0
-    };
+    let terminal = if last { subproblem.weights.terminal_position } else { 0.0 };
     subproblem.weights.position * duration(subproblem, k) + terminal
 }
 
@@ -161,9 +151,6 @@ fn position_weight(subproblem: &Subproblem<'_>, k: usize) -> f64 {
 pub(crate) fn cost_scale(subproblem: &Subproblem<'_>) -> f64 {
     let farthest =
         |points: &[nalgebra::Vector2<f64>]| points.iter().map(nalgebra::Vector2::norm).fold(0.0, f64::max);
-    let members = subproblem
-        .minimax
-        .iter()
-        .map(|member| farthest(&member.positions));
+    let members = subproblem.minimax.iter().map(|member| farthest(&member.positions));
     1.0 / (1.0 + members.fold(farthest(subproblem.goal), f64::max) / LENGTH_UNIT)
 }

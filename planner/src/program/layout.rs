@@ -40,13 +40,7 @@ pub enum Slack {
 
 impl Slack {
     /// In the order of their columns.
-    const ALL: [Self; 5] = [
-        Self::Motion,
-        Self::AcousticRange,
-        Self::OtherRange,
-        Self::Area,
-        Self::KeepOut,
-    ];
+    const ALL: [Self; 5] = [Self::Motion, Self::AcousticRange, Self::OtherRange, Self::Area, Self::KeepOut];
 }
 
 const N_STATES: usize = 4;
@@ -92,19 +86,13 @@ impl Layout {
     // Columns: d and v by stage, then the slacks by stage, the minimax ranges, σ, m and e.
 
     /// First of the two columns of d_k, k = 1 … N.
-    #[expect(
-        clippy::unused_self,
-        reason = "callers need not know which places depend on the shape"
-    )]
+    #[expect(clippy::unused_self, reason = "callers need not know which places depend on the shape")]
     pub(crate) fn deviation(&self, k: usize) -> usize {
         N_STATES * (k - 1)
     }
 
     /// First of the two columns of v_k, k = 1 … N.
-    #[expect(
-        clippy::unused_self,
-        reason = "callers need not know which places depend on the shape"
-    )]
+    #[expect(clippy::unused_self, reason = "callers need not know which places depend on the shape")]
     pub(crate) fn velocity(&self, k: usize) -> usize {
         N_STATES * (k - 1) + 2
     }
@@ -171,11 +159,7 @@ impl Layout {
 
     /// Row of σ_k below its limit.
     pub(crate) fn top_speed(&self, k: usize) -> usize {
-        let discs = if self.n_stages == 0 {
-            0
-        } else {
-            self.n_discs * (2 * self.n_stages - 1)
-        };
+        let discs = if self.n_stages == 0 { 0 } else { self.n_discs * (2 * self.n_stages - 1) };
         let per_stage = usize::from(self.energy);
         self.area(self.n_stages + 1, 0) + discs + per_stage * (k - 1)
     }

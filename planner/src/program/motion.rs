@@ -114,10 +114,7 @@ impl Program {
     /// satisfies the acceleration rows for any directions; so does v_{k−1} + sgn(b) c̄ (|b| − a)
     /// Δt_k if the disturbance b exceeds the limits. The hard rows always have a common point.
     pub(crate) fn top_speed(&mut self, subproblem: &Subproblem<'_>) {
-        let weaker = subproblem
-            .limits
-            .acceleration_max
-            .min(subproblem.limits.deceleration_max);
+        let weaker = subproblem.limits.acceleration_max.min(subproblem.limits.deceleration_max);
         let mut slowed = subproblem.velocity.norm();
         for k in self.stages() {
             slowed = (slowed

@@ -25,11 +25,7 @@ struct Names(Vec<String>);
 
 impl Names {
     fn put(&mut self, place: usize, name: String) {
-        debug_assert!(
-            self.0[place].is_empty(),
-            "{name} and {} share a place",
-            self.0[place]
-        );
+        debug_assert!(self.0[place].is_empty(), "{name} and {} share a place", self.0[place]);
         self.0[place] = name;
     }
 
@@ -71,15 +67,9 @@ impl Layout {
                 names.put(self.area(k, edge), format!("area[{k}].edge[{edge}]"));
             }
             for disc in 0..self.n_discs {
-                names.put(
-                    self.disc_at_end(k, disc),
-                    format!("disc_at_end[{k}].disc[{disc}]"),
-                );
+                names.put(self.disc_at_end(k, disc), format!("disc_at_end[{k}].disc[{disc}]"));
                 if k > 1 {
-                    names.put(
-                        self.disc_at_start(k, disc),
-                        format!("disc_at_start[{k}].disc[{disc}]"),
-                    );
+                    names.put(self.disc_at_start(k, disc), format!("disc_at_start[{k}].disc[{disc}]"));
                 }
             }
             for auv in 0..self.n_ranges {
@@ -96,22 +86,11 @@ impl Layout {
 
     fn name_motion(&self, k: usize, names: &mut Names) {
         names.put_each(self.dynamics(k), &format!("dynamics[{k}]"), &AXES);
-        names.put_each(
-            self.acceleration(k),
-            &format!("acceleration[{k}]"),
-            &["most", "least"],
-        );
+        names.put_each(self.acceleration(k), &format!("acceleration[{k}]"), &["most", "least"]);
         names.put(self.forward_speed(k), format!("forward_speed[{k}]"));
-        names.put_each(
-            self.turn_rate(k),
-            &format!("turn_rate[{k}]"),
-            &["starboard", "port"],
-        );
+        names.put_each(self.turn_rate(k), &format!("turn_rate[{k}]"), &["starboard", "port"]);
         for slack in self.slacks() {
-            names.put(
-                self.slack_sign(k, slack),
-                format!("slack_sign[{k}].{}", slack.name()),
-            );
+            names.put(self.slack_sign(k, slack), format!("slack_sign[{k}].{}", slack.name()));
         }
         names.put_each(self.speed_cone(k), &format!("speed_cone[{k}]"), &CONE);
         if self.energy {

@@ -58,11 +58,7 @@ impl Sparse {
 
     /// Rewrites the values from triplets in the same order as at construction.
     pub(crate) fn fill(&mut self, triplets: &[Triplet]) {
-        debug_assert_eq!(
-            triplets.len(),
-            self.slots.len(),
-            "a program's pattern depends on its shape only"
-        );
+        debug_assert_eq!(triplets.len(), self.slots.len(), "a program's pattern depends on its shape only");
         self.values.fill(0.0);
         for (&(row, _, value), &slot) in triplets.iter().zip(&self.slots) {
             debug_assert_eq!(row, self.row_indices[slot]);

@@ -21,21 +21,10 @@ use crate::{
 
 #[test]
 fn every_variable_and_row_has_one_index() {
-    for (n_ranges, n_other_ranges, n_discs, n_edges, n_minimax, energy) in [
-        (0, 0, 0, 0, 0, false),
-        (2, 1, 3, 4, 2, true),
-        (1, 0, 0, 5, 0, true),
-        (3, 3, 1, 0, 3, false),
-    ] {
-        let layout = Layout {
-            n_stages: 7,
-            n_ranges,
-            n_other_ranges,
-            n_discs,
-            n_edges,
-            n_minimax,
-            energy,
-        };
+    for (n_ranges, n_other_ranges, n_discs, n_edges, n_minimax, energy) in
+        [(0, 0, 0, 0, 0, false), (2, 1, 3, 4, 2, true), (1, 0, 0, 5, 0, true), (3, 3, 1, 0, 3, false)]
+    {
+        let layout = Layout { n_stages: 7, n_ranges, n_other_ranges, n_discs, n_edges, n_minimax, energy };
         let (mut columns, mut rows) = (HashSet::new(), HashSet::new());
         let place = |set: &mut HashSet<usize>, first: usize, n: usize| {
             let are_new = (first..first + n).all(|place| set.insert(place));
@@ -110,17 +99,10 @@ impl Scene {
         let at = |k: i32, a: f64, b: f64| Vector2::new(a + 0.4 * f64::from(k), b - 0.2 * f64::from(k));
         let way = |a, b| (0..5).map(|k| at(k, a, b)).collect::<Vec<_>>();
         let numbers = |a: f64| (0..5).map(|k| a + 0.1 * f64::from(k)).collect::<Vec<_>>();
-        let member = |a, b, depth| MinimaxRange {
-            positions: way(a, b),
-            depths: numbers(depth),
-        };
+        let member = |a, b, depth| MinimaxRange { positions: way(a, b), depths: numbers(depth) };
         let mut scene = Self::new();
         scene.parameters.weights.energy = 0.7;
-        let range = |a, b, radius, named| AcousticRange {
-            centres: way(a, b),
-            radii: numbers(radius),
-            named,
-        };
+        let range = |a, b, radius, named| AcousticRange { centres: way(a, b), radii: numbers(radius), named };
         scene.ranges = vec![range(9.0, 3.0, 12.0, true), range(-3.0, 7.0, 8.0, false)];
 
         scene.discs = vec![Disc {
@@ -129,10 +111,7 @@ impl Scene {
             normals: way(0.3, 1.0).into_iter().map(|n| n.normalize()).collect(),
         }];
         scene.edges = [(0.6, 0.8), (-0.8, 0.6), (0.28, -0.96)]
-            .map(|(north, east)| Edge {
-                normal: Vector2::new(north, east),
-                offset: 17.0,
-            })
+            .map(|(north, east)| Edge { normal: Vector2::new(north, east), offset: 17.0 })
             .to_vec();
         scene.minimax = vec![member(4.0, -9.0, 5.0), member(6.0, 8.0, 11.0)];
         scene
@@ -249,14 +228,8 @@ fn every_row_states_its_promise() {
         let bias = subproblem.surge_disturbance[k - 1];
         close(layout.dynamics(k), 0.0);
         close(layout.dynamics(k) + 1, 0.0);
-        close(
-            layout.acceleration(k),
-            limits.acceleration_max + bias - c_mean.dot(&a),
-        );
-        close(
-            layout.acceleration(k) + 1,
-            limits.deceleration_max - bias + c_mean.dot(&a),
-        );
+        close(layout.acceleration(k), limits.acceleration_max + bias - c_mean.dot(&a));
+        close(layout.acceleration(k) + 1, limits.deceleration_max - bias + c_mean.dot(&a));
         close(layout.forward_speed(k), c.dot(&v[k]) - limits.speed_min + xi);
         let rate = limits.turn_rate_max * c_mean.dot(&(v[k] + v[k - 1])) / 2.0 + xi;
         // Rate of the leading reference: a + T ȧ, between the middles of both intervals.
@@ -278,14 +251,8 @@ fn every_row_states_its_promise() {
 #[test]
 fn a_craft_without_lag_may_turn_at_its_limit_from_any_turn() {
     let scene = Scene::new();
-    let prompt = Subproblem {
-        course_lag: 0.0,
-        ..scene.subproblem()
-    };
-    let turning = Subproblem {
-        acceleration: Vector2::new(3.0, -5.0),
-        ..prompt
-    };
+    let prompt = Subproblem { course_lag: 0.0, ..scene.subproblem() };
+    let turning = Subproblem { acceleration: Vector2::new(3.0, -5.0), ..prompt };
     assert_eq!(Program::new(&prompt), Program::new(&turning));
     let program = Program::new(&prompt);
     let (x, _, v) = variables(&prompt, 1.3);
@@ -334,22 +301,14 @@ fn every_bound_states_its_promise() {
             let row = layout.minimax_cone(k, i);
             let range = |p: Vector2<f64>, m: &MinimaxRange| (p - m.positions[k]).norm().hypot(m.depths[k]);
             let of_goal = subproblem.minimax.iter().map(|m| range(subproblem.goal[k], m));
-            close(
-                s[row] * LENGTH_UNIT,
-                of_goal.fold(0.0, f64::max) + 0.2 * LENGTH_UNIT,
-            );
+            close(s[row] * LENGTH_UNIT, of_goal.fold(0.0, f64::max) + 0.2 * LENGTH_UNIT);
             close(norm(row, 4) * LENGTH_UNIT, range(p[k], member));
         }
         let (disc, dt, limits) = (&subproblem.discs[0], subproblem.steps[k - 1], subproblem.limits);
-        let hardest = limits
-            .acceleration_max
-            .hypot(limits.turn_rate_max * limits.speed_max);
+        let hardest = limits.acceleration_max.hypot(limits.turn_rate_max * limits.speed_max);
         let outside = |row: usize, at: usize| {
             let clear = disc.normals[k].dot(&(p[at] - disc.centres[at])) - disc.radii[at];
-            close(
-                s[row] * LENGTH_UNIT,
-                clear - dt * dt * hardest / 8.0 + xi(Slack::KeepOut),
-            );
+            close(s[row] * LENGTH_UNIT, clear - dt * dt * hardest / 8.0 + xi(Slack::KeepOut));
         };
         outside(layout.disc_at_end(k, 0), k);
         if k > 1 {
@@ -405,11 +364,7 @@ fn restating_equals_a_new_program() {
 fn the_hard_rows_have_a_common_point_for_any_disturbance() {
     for beyond in [0.0, 0.07, 0.14, -0.13] {
         let scene = Scene::new();
-        let biases = scene
-            .subproblem()
-            .surge_disturbance
-            .iter()
-            .map(|bias| bias + beyond);
+        let biases = scene.subproblem().surge_disturbance.iter().map(|bias| bias + beyond);
         let biases: Vec<f64> = biases.collect();
         let subproblem = Subproblem {
             velocity: Vector2::new(-2.0, 1.5),

@@ -53,11 +53,7 @@ impl Wall {
 
     fn discs(self, discs: &[Disc]) -> impl Iterator<Item = &Disc> {
         let belongs = move |i: &usize| self.members >> i & 1 == 1;
-        discs
-            .iter()
-            .enumerate()
-            .filter(move |(i, _)| belongs(i))
-            .map(|(_, disc)| disc)
+        discs.iter().enumerate().filter(move |(i, _)| belongs(i)).map(|(_, disc)| disc)
     }
 }
 
@@ -122,10 +118,7 @@ fn pushed_out(stages: &[Stage], disc: &Disc, side: Side) -> impl Iterator<Item =
         let along_chord = from_centre.dot(&along);
         if from_centre.norm() < radius {
             let aside = (radius * radius - along_chord * along_chord).max(0.0).sqrt();
-            Stage {
-                position: disc.centres[k] + along * along_chord + out * aside,
-                ..*stage
-            }
+            Stage { position: disc.centres[k] + along * along_chord + out * aside, ..*stage }
         } else {
             *stage
         }

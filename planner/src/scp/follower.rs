@@ -66,9 +66,8 @@ pub(crate) fn follow(horizon: &Horizon<'_>, stages: &[Stage]) -> Rollout {
 
 /// `stages` at a time in the interval after stage k or in a later one.
 pub(crate) fn stage_at(horizon: &Horizon<'_>, stages: &[Stage], k: usize, time: f64) -> Stage {
-    let k = (k..horizon.times.len() - 2)
-        .find(|k| time < horizon.times[k + 1])
-        .unwrap_or(horizon.times.len() - 2);
+    let k =
+        (k..horizon.times.len() - 2).find(|k| time < horizon.times[k + 1]).unwrap_or(horizon.times.len() - 2);
     horizon.between(stages, k, time)
 }
 
@@ -99,10 +98,7 @@ pub(crate) fn invert_response(
     // A loop faster than the interval settles within it.
     let lead = craft.surge_lag().max(HALF_HOLD) + HALF_HOLD;
     let speed = speed_now + lead * acceleration - craft.surge_time * bias;
-    Reference {
-        speed: speed.clamp(limits.speed_min, limits.speed_max),
-        heading: planned.heading,
-    }
+    Reference { speed: speed.clamp(limits.speed_min, limits.speed_max), heading: planned.heading }
 }
 
 /// The reference behind the slew limiter: its heading turns at most at `rate` from the previous
@@ -128,9 +124,7 @@ fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> b
     snapshot.keep_outs.iter().any(|disc| {
         let outward = snapshot.asc.position() - disc.centre();
         let gap = outward.norm() - disc.radius_m;
-        let closing = outward
-            .try_normalize(f64::EPSILON)
-            .map_or(0.0, |outward| -velocity.dot(&outward));
+        let closing = outward.try_normalize(f64::EPSILON).map_or(0.0, |outward| -velocity.dot(&outward));
         gap < closing * KEEP_OUT_FORESIGHT
     })
 }

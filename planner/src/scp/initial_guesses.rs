@@ -96,10 +96,7 @@ impl Horizon<'_> {
             let turn = wrap(reference.heading.radians() - asc.heading.radians());
             if turn * side.sign() < -TURN_WORTH_FORCING {
                 let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
-                return Reference {
-                    heading: Heading::new(aside),
-                    ..reference
-                };
+                return Reference { heading: Heading::new(aside), ..reference };
             }
             reference
         })
@@ -113,10 +110,7 @@ impl Horizon<'_> {
             let stage = self.times.partition_point(|begun| *begun <= time) - 1;
             match clear_course(discs, stage, &asc.position, &target.position, side) {
                 None => for_the_goal(target, asc, los, speed_max),
-                Some(course) => Reference {
-                    speed: speed_max,
-                    heading: Heading::new(course),
-                },
+                Some(course) => Reference { speed: speed_max, heading: Heading::new(course) },
             }
         })
     }
@@ -174,8 +168,5 @@ fn for_the_goal(goal: &Motion, asc: &AscNow, los: Reference, speed_max: f64) -> 
         return los;
     }
     let lead = (to_goal.norm() / speed_max).min(LEAD_MAX);
-    Reference {
-        speed: speed_max,
-        heading: Heading::new(angle_of(&(to_goal + goal.velocity * lead))),
-    }
+    Reference { speed: speed_max, heading: Heading::new(angle_of(&(to_goal + goal.velocity * lead))) }
 }

@@ -166,24 +166,14 @@ impl Scp<'_> {
         let solution = (self.solve)(program);
         let is_whole = solution.primal.len() == program.layout.n_variables();
         let residuals = is_whole.then(|| Residuals::of(program, &solution));
-        Solved {
-            layout: program.layout,
-            goal: about.goal,
-            solution,
-            residuals,
-        }
+        Solved { layout: program.layout, goal: about.goal, solution, residuals }
     }
 }
 
 impl Solved {
     /// The trajectory of the solution.
     fn stages(&self, horizon: &Horizon<'_>) -> Vec<Stage> {
-        let Self {
-            layout,
-            goal,
-            solution,
-            ..
-        } = self;
+        let Self { layout, goal, solution, .. } = self;
         let later = (1..=layout.n_stages).map(|k| Stage {
             position: goal[k] + vector_at(solution, layout.deviation(k)) * LENGTH_UNIT,
             velocity: vector_at(solution, layout.velocity(k)),
@@ -201,10 +191,7 @@ impl Solved {
             };
             let amount = |k: usize| {
                 // s is the row's margin with ξ: ξ − s is its violation.
-                let least = solution.slack[rows(k)]
-                    .iter()
-                    .copied()
-                    .fold(f64::INFINITY, f64::min);
+                let least = solution.slack[rows(k)].iter().copied().fold(f64::INFINITY, f64::min);
                 solution.primal[layout.slack(k, Slack::Motion)] * SLACK_UNIT - least
             };
             let worst = (1..=layout.n_stages).max_by(|a, b| amount(*a).total_cmp(&amount(*b)))?;

@@ -58,11 +58,7 @@ pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, C
     let weights = &horizon.weights;
     let (mut predicted, mut terms) = track(horizon, &rollout.stages, weights);
     let kept = predicted.cost;
-    let mut pricing = Pricing {
-        horizon,
-        rollout,
-        cost: &mut predicted.cost,
-    };
+    let mut pricing = Pricing { horizon, rollout, cost: &mut predicted.cost };
     let [named] = pricing.add([Limit::NamedRange], weights.range_slack);
     let [other] = pricing.add([Limit::OtherRange], weights.other_range_slack);
     let [area] = pricing.add([Limit::Area], weights.area_slack);
@@ -174,10 +170,7 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
 
 /// The first of the largest above 0.
 fn most(excesses: impl Iterator<Item = Excess>) -> Excess {
-    excesses.fold(
-        (0.0, None),
-        |most, next| if most.0 < next.0 { next } else { most },
-    )
+    excesses.fold((0.0, None), |most, next| if most.0 < next.0 { next } else { most })
 }
 
 /// Cost of the stages, without limits.
@@ -187,9 +180,7 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> (Predict
         let (stage, goal) = (&stages[k], &horizon.goal[k]);
         let error = (stage.position - goal.position).norm_squared();
         let relative = (stage.velocity + horizon.current - goal.velocity).norm_squared();
-        let excess = horizon
-            .constraints
-            .minimax_excess(k, &stage.position, &goal.position);
+        let excess = horizon.constraints.minimax_excess(k, &stage.position, &goal.position);
         let power = horizon.craft.power.at(stage.velocity.norm());
         (error, excess.unwrap_or(error), relative, power)
     };
@@ -219,10 +210,6 @@ fn track(horizon: &Horizon<'_>, stages: &[Stage], weights: &Weights) -> (Predict
     terms.terminal = weights.terminal_position * last_miss + weights.terminal_velocity * last_relative;
     terms.energy = weights.energy * energy;
     let duration = horizon.times[horizon.times.len() - 1];
-    let predicted = Predicted {
-        cost: sum,
-        rms_error_m: (square_error / duration).sqrt(),
-        energy_j: energy,
-    };
+    let predicted = Predicted { cost: sum, rms_error_m: (square_error / duration).sqrt(), energy_j: energy };
     (predicted, terms)
 }

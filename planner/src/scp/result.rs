@@ -40,12 +40,7 @@ impl CandidateTrajectory {
     /// `stages` with the prediction of `rollout`.
     pub(crate) fn new(horizon: &Horizon<'_>, stages: Vec<Stage>, rollout: &Rollout) -> Self {
         let (predicted, terms, violations) = predict(horizon, rollout);
-        Self {
-            stages,
-            predicted,
-            terms,
-            violations,
-        }
+        Self { stages, predicted, terms, violations }
     }
 }
 
@@ -75,19 +70,11 @@ impl ScpResult {
         // The cost of a candidate that time did not suffice for is unknown.
         let stopped = [self.degraded, other.degraded].contains(&Some(Degraded::Deadline));
         // Infinite costs: keep the first, with its reason.
-        let mut better = if other_cost < cost - TIE * cost.abs().min(f64::MAX) {
-            other
-        } else {
-            self
-        };
+        let mut better = if other_cost < cost - TIE * cost.abs().min(f64::MAX) { other } else { self };
         if better.candidate.is_none() && stopped {
             better.degraded = Some(Degraded::Deadline);
         }
-        better.report = SolverReport {
-            scp_iterations,
-            iterations,
-            ..better.report
-        };
+        better.report = SolverReport { scp_iterations, iterations, ..better.report };
         better
     }
 }

@@ -84,12 +84,7 @@ impl Snapshot {
         let craft_prior = Prior::new(&craft, &tuned.craft);
         (request.limits, request.craft) = (Some(limits.into()), Some(craft));
         let current = request.current();
-        let estimator = Estimator {
-            now: request.t_s,
-            current,
-            tuned: &tuned.estimate,
-            due,
-        };
+        let estimator = Estimator { now: request.t_s, current, tuned: &tuned.estimate, due };
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
             let (track, states) = request.remembered_track(&auv.id);
             // A state shows a turn sooner and better than a pattern foretells it. Only visits look
@@ -104,10 +99,7 @@ impl Snapshot {
             estimate
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
-        let observation = CraftObservation {
-            tuned: &tuned.craft,
-            ..request.craft_observation(&limits)
-        };
+        let observation = CraftObservation { tuned: &tuned.craft, ..request.craft_observation(&limits) };
         let craft_estimate = CraftEstimate::new(&observation, &craft_prior);
         let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current, &tuned.craft);
         Ok(Self {
@@ -136,11 +128,7 @@ impl Snapshot {
     /// The command that makes the craft move through the water as `reference` says.
     pub fn command(&self, reference: &Reference) -> Reference {
         let (heading_held, speed_held) = self.craft_estimate.modes(&self.craft_prior);
-        let craft = Craft {
-            speed_held,
-            heading_held,
-            ..self.craft_prior.craft
-        };
+        let craft = Craft { speed_held, heading_held, ..self.craft_prior.craft };
         craft.command(reference, &self.current(), self.limits.speed_max)
     }
 
@@ -154,10 +142,7 @@ impl Snapshot {
                 (self.limits.speed_max - along).max(self.limits.speed_min)
             }
         };
-        Reference {
-            speed: reference.speed.min(speed_max),
-            ..*reference
-        }
+        Reference { speed: reference.speed.min(speed_max), ..*reference }
     }
 
     /// [`Snapshot::command`] behind a slew-rate limit: the heading changes by no more than the
@@ -179,10 +164,7 @@ impl Snapshot {
         if step.abs() <= most {
             return command;
         }
-        Reference {
-            heading: Heading::new(command_before.radians() + step.clamp(-most, most)),
-            ..command
-        }
+        Reference { heading: Heading::new(command_before.radians() + step.clamp(-most, most)), ..command }
     }
 
     /// Velocity through the water (ahead, starboard) at the start of a plan, m/s: the filtered

@@ -54,11 +54,7 @@ impl PlanRequest {
             return Err(InvalidRequest(check.invalid));
         }
         let paths = check.members(self);
-        if check.invalid.is_empty() {
-            Ok(paths)
-        } else {
-            Err(InvalidRequest(check.invalid))
-        }
+        if check.invalid.is_empty() { Ok(paths) } else { Err(InvalidRequest(check.invalid)) }
     }
 }
 
@@ -112,8 +108,7 @@ impl Check {
 
     /// The given name is the fault.
     pub(crate) fn fail_name(&mut self, place: fmt::Arguments<'_>, code: &str, detail: &str, id: &VehicleId) {
-        self.invalid
-            .push(FieldError::new(place, code, detail).given(&*id.0));
+        self.invalid.push(FieldError::new(place, code, detail).given(&*id.0));
     }
 
     pub(crate) fn within(&mut self, place: fmt::Arguments<'_>, given: f64, range: &RangeInclusive<f64>) {
@@ -121,19 +116,14 @@ impl Check {
     }
 
     pub(crate) fn length(&mut self, place: fmt::Arguments<'_>, given: usize, range: &RangeInclusive<usize>) {
-        self.invalid
-            .extend(FieldError::of_length(place, given, range, "items"));
+        self.invalid.extend(FieldError::of_length(place, given, range, "items"));
     }
 
     fn lengths(&mut self, request: &PlanRequest) {
         self.length(format_args!("/auvs"), request.auvs.len(), &(1..=AUVS_MAX));
         for (i, auv) in request.auvs.iter().enumerate() {
             if let Some(reports) = &auv.reports {
-                self.length(
-                    format_args!("/auvs/{i}/reports"),
-                    reports.len(),
-                    &(1..=REPORTS_MAX),
-                );
+                self.length(format_args!("/auvs/{i}/reports"), reports.len(), &(1..=REPORTS_MAX));
             }
             if let Some(path) = &auv.path {
                 let place = format_args!("/auvs/{i}/path/segments");
@@ -141,11 +131,7 @@ impl Check {
             }
         }
         self.goal_length(&request.goal.goal);
-        self.length(
-            format_args!("/keep_outs"),
-            request.keep_outs.len(),
-            &(0..=KEEP_OUTS_MAX),
-        );
+        self.length(format_args!("/keep_outs"), request.keep_outs.len(), &(0..=KEEP_OUTS_MAX));
         if !request.area.is_empty() {
             self.length(format_args!("/area"), request.area.len(), &AREA_CORNERS);
         }
@@ -197,8 +183,7 @@ impl Check {
         let area: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
         let bounds = bounds_faults(&request.keep_outs, &area, request.range_max());
         self.invalid.extend(bounds);
-        self.invalid
-            .extend(separation_fault(request.surfacing_separation_m));
+        self.invalid.extend(separation_fault(request.surfacing_separation_m));
         if let Some(tuning) = &request.tuning {
             self.invalid.extend(tuning.faults("/tuning"));
         }
@@ -217,14 +202,8 @@ impl Check {
     }
 
     fn asc(&mut self, field: &str, asc: &Asc) {
-        let values = [
-            asc.north_m,
-            asc.east_m,
-            asc.heading_rad,
-            asc.speed_mps,
-            asc.sway_mps,
-            asc.yaw_rate_radps,
-        ];
+        let values =
+            [asc.north_m, asc.east_m, asc.heading_rad, asc.speed_mps, asc.sway_mps, asc.yaw_rate_radps];
         self.numbers(field, &ASC, values);
         let ground = [asc.ground_north_mps, asc.ground_east_mps];
         let n_given = ground.iter().flatten().count();
@@ -268,9 +247,7 @@ impl Check {
     fn path(&mut self, auv: usize, path: &DeclaredPath) -> Option<KnownPath> {
         let place = format!("/auvs/{auv}/path");
         self.numbers(&place, &PATH, [path.speed_mps]);
-        let known = path
-            .known()
-            .map_err(|fault| self.invalid.push(fault.within(&place)));
+        let known = path.known().map_err(|fault| self.invalid.push(fault.within(&place)));
         known.ok()
     }
 
@@ -280,23 +257,14 @@ impl Check {
         if ranges[0].1.contains(&dive.depth_min_m) {
             ranges[1].1 = dive.depth_min_m + LEG_HEIGHT_MIN..=*DIVE[1].1.end();
         }
-        let values = [
-            dive.depth_min_m,
-            dive.depth_max_m,
-            dive.pitch_rad,
-            dive.reversal(),
-        ];
+        let values = [dive.depth_min_m, dive.depth_max_m, dive.pitch_rad, dive.reversal()];
         self.numbers(&format!("/auvs/{auv}/dive"), &ranges, values);
     }
 
     fn goal(&mut self, task: &Task, auvs: &[Auv]) {
         match &task.goal {
             Goal::Track { auv } => self.vehicle(format_args!("/goal/auv"), auv, auvs),
-            Goal::Intermittent {
-                auvs: named,
-                dwell_s,
-                epoch_s,
-            } => {
+            Goal::Intermittent { auvs: named, dwell_s, epoch_s } => {
                 self.vehicles(named, auvs);
                 self.numbers("/goal", &GOAL_IN_TURN, [*dwell_s, *epoch_s]);
             }
@@ -329,11 +297,7 @@ impl Check {
     }
 
     fn no_weight(&mut self) {
-        self.fail(
-            format_args!("/goal/weights"),
-            "all_zero",
-            "at least one weight must be above 0",
-        );
+        self.fail(format_args!("/goal/weights"), "all_zero", "at least one weight must be above 0");
     }
 
     fn offset(&mut self, offset: &Offset, goal: &Goal, auvs: &[Auv]) {
@@ -421,42 +385,27 @@ impl Check {
         let [slowest, others @ ..] = LIMITS;
         self.numbers("/limits", &[slowest], [limits.speed_min]);
         // The gap keeps the speed cone and the forward half-plane apart.
-        let least_top_speed = if limits.speed_min.is_finite() {
-            limits.speed_min + 0.05
-        } else {
-            0.05
-        };
+        let least_top_speed = if limits.speed_min.is_finite() { limits.speed_min + 0.05 } else { 0.05 };
         self.within(
             format_args!("/limits/speed_max_mps"),
             limits.speed_max,
             &(least_top_speed..=SPEED_MAX_MOST),
         );
-        let values = [
-            limits.turn_rate_max,
-            limits.acceleration_max,
-            limits.deceleration_max,
-        ];
+        let values = [limits.turn_rate_max, limits.acceleration_max, limits.deceleration_max];
         self.numbers("/limits", &others, values);
     }
 
     fn trajectory(&mut self, points: &[TrajectoryPoint]) {
         let field = "/previous_plan/trajectory";
         for (i, point) in points.iter().enumerate() {
-            let values = [
-                point.t_s,
-                point.north_m,
-                point.east_m,
-                point.speed_mps,
-                point.heading_rad,
-            ];
+            let values = [point.t_s, point.north_m, point.east_m, point.speed_mps, point.heading_rad];
             self.numbers(&format!("{field}/{i}"), &TRAJECTORY_POINT, values);
         }
         for (i, pair) in points.windows(2).enumerate() {
             let [before, after] = pair else { continue };
             if after.t_s <= before.t_s {
                 let place = format_args!("{field}/{}/t_s", i + 1);
-                self.invalid
-                    .push(FieldError::not_increasing(place, after.t_s, before.t_s));
+                self.invalid.push(FieldError::not_increasing(place, after.t_s, before.t_s));
             }
         }
     }

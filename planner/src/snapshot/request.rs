@@ -188,9 +188,7 @@ impl PlanRequest {
         };
         let remembered = || Some((then?, previous?.current?.into()));
         let positions = if unmeasured { learnt() } else { None };
-        positions
-            .or_else(|| self.current_after(remembered()))
-            .or_else(learnt)
+        positions.or_else(|| self.current_after(remembered())).or_else(learnt)
     }
 
     /// [`PlanRequest::known_current`] with `memory`: a time, s, and its current.
@@ -210,15 +208,13 @@ impl PlanRequest {
         let remembered = memory
             .map(|(then, current)| (self.t_s - then, current))
             .filter(|(elapsed, _)| (0.0..=REMEMBERED_AGE_MAX).contains(elapsed));
-        self.current
-            .map(Vector2::from)
-            .or_else(|| match (measured(), remembered) {
-                (Some(measured), Some((elapsed, before))) => {
-                    let share = 1.0 - (-elapsed / CURRENT_MEMORY).exp();
-                    Some(before + (measured - before) * share)
-                }
-                (measured, remembered) => measured.or(remembered.map(|(_, current)| current)),
-            })
+        self.current.map(Vector2::from).or_else(|| match (measured(), remembered) {
+            (Some(measured), Some((elapsed, before))) => {
+                let share = 1.0 - (-elapsed / CURRENT_MEMORY).exp();
+                Some(before + (measured - before) * share)
+            }
+            (measured, remembered) => measured.or(remembered.map(|(_, current)| current)),
+        })
     }
 
     /// The request's observation of the craft, which has these `limits`.
@@ -257,14 +253,10 @@ impl PlanRequest {
     /// Past track of the AUV `id` in the previous plan, none if tracks are not used, and past states.
     pub(crate) fn remembered_track(&self, id: &VehicleId) -> (Option<&[TrackPoint]>, &[PastState]) {
         let previous = self.previous_plan.as_ref();
-        let mut targets = previous
-            .and_then(|plan| plan.targets.as_deref())
-            .into_iter()
-            .flatten();
+        let mut targets = previous.and_then(|plan| plan.targets.as_deref()).into_iter().flatten();
         let target = targets.find(|target| target.id == *id);
-        let (track, states) = target.map_or_else(Default::default, |target| {
-            (target.track.as_slice(), target.states.as_slice())
-        });
+        let (track, states) = target
+            .map_or_else(Default::default, |target| (target.track.as_slice(), target.states.as_slice()));
         ((self.forecast == Forecast::Auto).then_some(track), states)
     }
 

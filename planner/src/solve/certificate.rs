@@ -28,17 +28,9 @@ impl Residuals {
     /// Recomputes the residuals of `solution`; all NaN if a number is not finite.
     pub fn of(program: &Program, solution: &Solution) -> Self {
         // `f64::max` drops NaN, so non-finite numbers are detected first.
-        let mut numbers = solution
-            .primal
-            .iter()
-            .chain(&solution.dual)
-            .chain(&solution.slack);
+        let mut numbers = solution.primal.iter().chain(&solution.dual).chain(&solution.slack);
         if !numbers.all(|number| number.is_finite()) {
-            return Self {
-                primal: f64::NAN,
-                dual: f64::NAN,
-                gap: f64::NAN,
-            };
+            return Self { primal: f64::NAN, dual: f64::NAN, gap: f64::NAN };
         }
         let x = ColRef::from_slice(&solution.primal);
         let z = ColRef::from_slice(&solution.dual);
@@ -86,9 +78,7 @@ impl Residuals {
 
     /// `true` if every residual is at most `tolerance`; NaN is not.
     pub fn within(&self, tolerance: f64) -> bool {
-        [self.primal, self.dual, self.gap]
-            .iter()
-            .all(|residual| *residual <= tolerance)
+        [self.primal, self.dual, self.gap].iter().all(|residual| *residual <= tolerance)
     }
 }
 

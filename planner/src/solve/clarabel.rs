@@ -87,20 +87,14 @@ pub struct Solution {
 impl Solution {
     /// No solution, with the reason.
     pub fn none(status: SolverStatus) -> Self {
-        Self {
-            status,
-            ..Self::default()
-        }
+        Self { status, ..Self::default() }
     }
 }
 
 /// Solves with refinement and Clarabel's scaling: slower, for ill-conditioned programs.
 fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, stop: &Stop) -> Solution {
-    let settings = DefaultSettings {
-        iterative_refinement_enable: true,
-        equilibrate_enable: true,
-        ..settings
-    };
+    let settings =
+        DefaultSettings { iterative_refinement_enable: true, equilibrate_enable: true, ..settings };
     let Some(mut solver) = new_solver(program, settings) else {
         return Solution::none(SolverStatus::NumericalError);
     };
@@ -129,10 +123,7 @@ impl std::fmt::Debug for Solvers {
 impl Solvers {
     /// Solvers with another tolerance than [`TOLERANCE`], for checks of it.
     pub fn with_tolerance(tolerance: f64) -> Self {
-        Self {
-            tolerance,
-            by_shape: ByShape::default(),
-        }
+        Self { tolerance, by_shape: ByShape::default() }
     }
 
     /// Drops the least recently used solvers until the others take about `bytes` at most.
@@ -170,10 +161,7 @@ impl Solvers {
             return solution;
         };
         let careful = solve_with_care(&program.standard_form(), settings, stop);
-        Solution {
-            iterations: solution.iterations + careful.iterations,
-            ..careful
-        }
+        Solution { iterations: solution.iterations + careful.iterations, ..careful }
     }
 
     /// The solver for the program's shape with the program's numbers; `None` if Clarabel refuses

@@ -17,18 +17,12 @@ pub struct Stop {
 impl Stop {
     /// Never due.
     pub fn never() -> Self {
-        Self {
-            poll: None,
-            found: Arc::default(),
-        }
+        Self { poll: None, found: Arc::default() }
     }
 
     /// Due once `poll` returns `true`.
     pub fn when(poll: impl Fn() -> bool + Send + Sync + 'static) -> Self {
-        Self {
-            poll: Some(Arc::new(poll)),
-            found: Arc::default(),
-        }
+        Self { poll: Some(Arc::new(poll)), found: Arc::default() }
     }
 
     /// Due before the first program: a lower fallback level answers.
@@ -53,10 +47,7 @@ impl Stop {
 
 impl fmt::Debug for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Stop")
-            .field("ever", &self.poll.is_some())
-            .field("found", &self.was_due())
-            .finish()
+        f.debug_struct("Stop").field("ever", &self.poll.is_some()).field("found", &self.was_due()).finish()
     }
 }
 

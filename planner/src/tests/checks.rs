@@ -18,13 +18,7 @@ pub(crate) fn near_to(found: Vector2<f64>, expected: Vector2<f64>, tolerance: f6
 
 /// The cells of a table in words: a row a line, cells apart by `|`. In a cell, `\n` breaks a line.
 pub(crate) fn rows<const N: usize>(table: &str) -> Vec<[String; N]> {
-    let cells = |row: &str| {
-        row.split('|')
-            .map(|cell| cell.trim().replace("\\n", "\n"))
-            .collect::<Vec<_>>()
-    };
+    let cells = |row: &str| row.split('|').map(|cell| cell.trim().replace("\\n", "\n")).collect::<Vec<_>>();
     let lines = table.lines().filter(|row| !row.trim().is_empty());
-    lines
-        .map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("{row}")))
-        .collect()
+    lines.map(|row| cells(row).try_into().unwrap_or_else(|_| panic!("{row}"))).collect()
 }

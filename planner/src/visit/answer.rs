@@ -50,19 +50,11 @@ impl ScheduleAnswer<'_> {
         let best = chosen.map(|chosen| &found[chosen].1);
         let windows = best.map_or(&[][..], |best| &best.windows);
         let cost = best.map_or(0.0, |best| best.cost);
-        let bound = if best.is_some() {
-            self.fleet.least_cost().min(cost)
-        } else {
-            0.0
-        };
+        let bound = if best.is_some() { self.fleet.least_cost().min(cost) } else { 0.0 };
         let alternatives = self.alternatives(found, chosen);
         let mut schedule = Schedule {
             unit: self.visits.cost.unit(),
-            visits: windows
-                .iter()
-                .take(VISITS_MAX)
-                .map(|window| self.visit(window))
-                .collect(),
+            visits: windows.iter().take(VISITS_MAX).map(|window| self.visit(window)).collect(),
             cost,
             bound,
             gap: if cost > 0.0 { 1.0 - bound / cost } else { 0.0 },
@@ -77,13 +69,7 @@ impl ScheduleAnswer<'_> {
         let turns = self.turns(windows, forecasts);
         let reason = self.reason(&schedule);
         schedule.costs = self.vehicles.into_iter().map(|vehicle| vehicle.served).collect();
-        schedule.sentence = sentence(
-            &schedule,
-            &self.visits.cost,
-            self.snapshot.t_s,
-            reason,
-            self.previous,
-        );
+        schedule.sentence = sentence(&schedule, &self.visits.cost, self.snapshot.t_s, reason, self.previous);
         Scheduled { schedule, turns }
     }
 
@@ -93,10 +79,7 @@ impl ScheduleAnswer<'_> {
         if self.visits.next.as_ref() == Some(first) && self.visited.is_none() {
             return Some(Reason::Asked);
         }
-        let vehicle = self
-            .vehicles
-            .iter()
-            .find(|vehicle| vehicle.served.auv == *first)?;
+        let vehicle = self.vehicles.iter().find(|vehicle| vehicle.served.auv == *first)?;
         let late = -vehicle.deadline?;
         (0.0 < late).then_some(Reason::Late(late))
     }
@@ -125,17 +108,14 @@ impl ScheduleAnswer<'_> {
 
     /// The present visit, which keeps its beginning.
     fn begun(&self, window: &VisitWindow) -> Option<PresentVisit> {
-        self.present
-            .filter(|present| window.arrive <= 0.0 && present.candidate == window.candidate)
+        self.present.filter(|present| window.arrive <= 0.0 && present.candidate == window.candidate)
     }
 
     /// AUVs that are not served by a deadline within the horizon.
     fn late(&self, missed: u32) -> Vec<VehicleId> {
         let late = |vehicle: &&Vehicle| {
             if vehicle.served.left_out.is_some() {
-                return vehicle
-                    .deadline
-                    .is_some_and(|deadline| deadline < self.fleet.horizon);
+                return vehicle.deadline.is_some_and(|deadline| deadline < self.fleet.horizon);
             }
             let mut candidates = self.fleet.candidates.iter();
             let place = candidates.position(|candidate| candidate.auv == vehicle.auv);
@@ -148,10 +128,8 @@ impl ScheduleAnswer<'_> {
     /// All but the chosen one, the cheapest first; missed deadlines outweigh any cost.
     fn alternatives(&self, found: &[(usize, Found)], chosen: Option<usize>) -> Vec<Alternative> {
         let others = found.iter().enumerate();
-        let mut others: Vec<_> = others
-            .filter(|(place, _)| Some(*place) != chosen)
-            .map(|(_, other)| other)
-            .collect();
+        let mut others: Vec<_> =
+            others.filter(|(place, _)| Some(*place) != chosen).map(|(_, other)| other).collect();
         others.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
         let alternative = |(first, found): &(usize, Found)| Alternative {
             next: self.ids[*first].clone(),
@@ -173,22 +151,10 @@ impl ScheduleAnswer<'_> {
         };
         // No faster than the craft, whose leg lasts from near the first AUV to near the second.
         let leg = |first: &VisitWindow, second: &VisitWindow| {
-            let from = forecasts[self.fleet.candidates[first.candidate].auv]
-                .at(first.leave)
-                .position;
+            let from = forecasts[self.fleet.candidates[first.candidate].auv].at(first.leave).position;
             let to = self.place(second, second.arrive);
-            let arrive = second
-                .arrive
-                .max(first.leave + (to - from).norm() / self.fleet.craft.speed);
-            Turn {
-                leg: Some(GoalLeg {
-                    depart: first.leave,
-                    arrive,
-                    from,
-                    to,
-                }),
-                ..of(second, arrive)
-            }
+            let arrive = second.arrive.max(first.leave + (to - from).norm() / self.fleet.craft.speed);
+            Turn { leg: Some(GoalLeg { depart: first.leave, arrive, from, to }), ..of(second, arrive) }
         };
         let mut turns: Vec<_> = match windows {
             [first, second, ..] if self.fleet.dwell_min <= 0.0 => {

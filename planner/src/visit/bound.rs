@@ -100,10 +100,7 @@ impl Relaxation {
     fn of(fleet: &Fleet) -> Self {
         let fastest = fleet.candidates.iter().map(|candidate| candidate.track.fastest);
         // With a faster AUV, a schedule's craft is assumed as fast.
-        let craft = Craft {
-            speed: fastest.fold(fleet.craft.speed, f64::max),
-            ..fleet.craft
-        };
+        let craft = Craft { speed: fastest.fold(fleet.craft.speed, f64::max), ..fleet.craft };
         let from = fleet.departure(&fleet.start());
         let n = fleet.candidates.len();
         let from_one = |a| (0..n).map(|b| travel(fleet, &craft, a, b)).collect();
@@ -115,24 +112,14 @@ impl Relaxation {
             let reach = reach.unwrap_or(fleet.horizon);
             let floor = candidate.cost.min(fleet.law.steady(candidate.shallowest));
             let before = fleet.law.unserved(candidate.cost, reach);
-            let after = fleet
-                .law
-                .served(before.cost, fleet.horizon - reach, candidate.shallowest);
-            let last = if reach < fleet.horizon {
-                after.cost
-            } else {
-                before.cost
-            };
+            let after = fleet.law.served(before.cost, fleet.horizon - reach, candidate.shallowest);
+            let last = if reach < fleet.horizon { after.cost } else { before.cost };
             Relaxed {
                 floor,
                 growth,
                 share: candidate.share,
                 relative: fleet.relative(candidate),
-                age: if growth > 0.0 {
-                    (candidate.cost - floor) / growth
-                } else {
-                    0.0
-                },
+                age: if growth > 0.0 { (candidate.cost - floor) / growth } else { 0.0 },
                 reach,
                 travel: None,
                 alone: before.integral + after.integral + fleet.afterwards * last,
@@ -263,10 +250,7 @@ impl Relaxation {
                 let travel = auv.travel.unwrap_or(0.0);
                 uncovered * (travel / m.max(f64::MIN_POSITIVE)).min(1.0)
             };
-            let sharing = self
-                .auvs
-                .iter()
-                .filter(|auv| auv.travel.is_some() && 0.0 < auv.relative);
+            let sharing = self.auvs.iter().filter(|auv| auv.travel.is_some() && 0.0 < auv.relative);
             sharing.map(needed).sum::<f64>() <= self.time
         };
         let unserved = |auv: &Relaxed| auv.relative * (auv.floor + auv.growth * (auv.age + self.horizon));

@@ -20,19 +20,13 @@ impl VisitCost {
             Uncertainty { growth_m2ps, .. } => growth_m2ps,
             Data { growth_kbps, .. } => growth_kbps,
         };
-        Later {
-            cost: cost + growth * elapsed,
-            integral: (cost + 0.5 * growth * elapsed) * elapsed,
-        }
+        Later { cost: cost + growth * elapsed, integral: (cost + 0.5 * growth * elapsed) * elapsed }
     }
 
     /// The cost after `elapsed` seconds of service at the slant range `range`, m, from `cost`.
     pub(crate) fn served(&self, cost: f64, elapsed: f64, range: f64) -> Later {
         match *self {
-            Age => Later {
-                cost: 0.0,
-                integral: 0.0,
-            },
+            Age => Later { cost: 0.0, integral: 0.0 },
             Uncertainty { growth_m2ps, .. } => aided(cost, elapsed, growth_m2ps, self.fix_noise(range)),
             Data { growth_kbps, .. } => uploaded(cost, elapsed, growth_kbps - self.upload(range)),
         }
@@ -62,11 +56,7 @@ impl VisitCost {
             Uncertainty { growth_m2ps, .. } => (self.fix_noise(range) / growth_m2ps).sqrt(),
             Data { growth_kbps, .. } => {
                 let falls = self.upload(range) - growth_kbps;
-                if falls > 0.0 {
-                    cost / falls
-                } else {
-                    tuned.dwell_max
-                }
+                if falls > 0.0 { cost / falls } else { tuned.dwell_max }
             }
         };
         let shares: &[f64] = match self {
@@ -76,10 +66,7 @@ impl VisitCost {
         let mut dwells = Dwells::new();
         for share in shares {
             let dwell = (share * whole).min(tuned.dwell_max).max(least);
-            if dwells
-                .last()
-                .is_none_or(|before: &f64| before * tuned.dwell_ratio < dwell)
-            {
+            if dwells.last().is_none_or(|before: &f64| before * tuned.dwell_ratio < dwell) {
                 dwells.push(dwell);
             }
         }
@@ -105,12 +92,9 @@ impl VisitCost {
     /// Intensity of the fixes' noise at `range` as continuous measurements: R T, m² s.
     fn fix_noise(&self, range: f64) -> f64 {
         match *self {
-            Uncertainty {
-                sigma_m,
-                sigma_rad,
-                interval_s,
-                ..
-            } => (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s,
+            Uncertainty { sigma_m, sigma_rad, interval_s, .. } => {
+                (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s
+            }
             Age | Data { .. } => 0.0,
         }
     }
@@ -118,11 +102,7 @@ impl VisitCost {
     /// Rate of upload at `range`, kbit/s.
     fn upload(&self, range: f64) -> f64 {
         match *self {
-            Data {
-                upload_kbps,
-                range_max_m,
-                ..
-            } => upload_kbps * (1.0 - range / range_max_m).max(0.0),
+            Data { upload_kbps, range_max_m, .. } => upload_kbps * (1.0 - range / range_max_m).max(0.0),
             Age | Uncertainty { .. } => 0.0,
         }
     }
@@ -146,23 +126,13 @@ fn aided(cost: f64, elapsed: f64, q: f64, s: f64) -> Later {
     let tanh = -less / (2.0 + less);
     // ln(cosh x + y sinh x) without overflow for long times.
     let growth = x + (-0.5 * (y - 1.0) * less).ln_1p();
-    Later {
-        cost: steady * (y + tanh) / (1.0 + y * tanh),
-        integral: s * growth,
-    }
+    Later { cost: steady * (y + tanh) / (1.0 + y * tanh), integral: s * growth }
 }
 
 /// A backlog with the net `rate`, kbit/s, of either sign; never below 0.
 fn uploaded(backlog: f64, elapsed: f64, rate: f64) -> Later {
-    let falling = if rate < 0.0 {
-        elapsed.min(backlog / -rate)
-    } else {
-        elapsed
-    };
-    Later {
-        cost: (backlog + rate * falling).max(0.0),
-        integral: (backlog + 0.5 * rate * falling) * falling,
-    }
+    let falling = if rate < 0.0 { elapsed.min(backlog / -rate) } else { elapsed };
+    Later { cost: (backlog + rate * falling).max(0.0), integral: (backlog + 0.5 * rate * falling) * falling }
 }
 
 #[cfg(test)]

@@ -53,15 +53,10 @@ impl Swing {
             return None;
         }
         let [newest, depth_now] = depths[depths.len() - 1];
-        let before = depths
-            .iter()
-            .rev()
-            .find(|[time, _]| tuned.swing_rate_time <= newest - time)?;
+        let before = depths.iter().rev().find(|[time, _]| tuned.swing_rate_time <= newest - time)?;
         // A period is twice the height at the mean rate, with rests.
         let steps = depths.windows(2);
-        let gone: f64 = steps
-            .map(|pair| (kept(pair[1][1]) - kept(pair[0][1])).abs())
-            .sum();
+        let gone: f64 = steps.map(|pair| (kept(pair[1][1]) - kept(pair[0][1])).abs()).sum();
         let height = most - least;
         let frequency = PI * gone / ((newest - depths[0][0]) * height);
         let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / number(depths.len());
@@ -142,10 +137,7 @@ mod tests {
     fn reports(depth: impl Fn(f64) -> f64, now: f64, n: u32) -> Vec<Report> {
         let report = |k: u32| {
             let t_s = now - 5.0 - 12.0 * f64::from(k);
-            Report {
-                depth_m: Some(depth(t_s)),
-                ..Report::new(t_s, Vector2::zeros(), 1.5)
-            }
+            Report { depth_m: Some(depth(t_s)), ..Report::new(t_s, Vector2::zeros(), 1.5) }
         };
         (0..n).map(report).collect()
     }
@@ -173,10 +165,7 @@ mod tests {
         }
         assert!(300 < n_seen, "{n_seen} of 400 swing");
         let ratios = errors.map(|[swing, held]: [f64; 2]| (swing / held).sqrt());
-        assert!(
-            ratios.iter().all(|ratio| *ratio < 0.85),
-            "{ratios:?} at {aheads:?}"
-        );
+        assert!(ratios.iter().all(|ratio| *ratio < 0.85), "{ratios:?} at {aheads:?}");
     }
 
     #[test]

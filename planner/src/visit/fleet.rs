@@ -108,11 +108,7 @@ impl Fleet {
     ) -> Self {
         let craft_from_ned = ned_from_body(snapshot.asc.heading().radians()).transpose();
         let here = snapshot.asc.position();
-        let craft = Craft {
-            speed,
-            turn_rate,
-            current: craft_from_ned * snapshot.current(),
-        };
+        let craft = Craft { speed, turn_rate, current: craft_from_ned * snapshot.current() };
         let frame = |motion: &Motion| craft_from_ned * (motion.position - here);
         let mut members = members.to_vec();
         let place = |member: &ScheduledAuv| frame(&forecasts[member.auv].at(0.0));
@@ -164,9 +160,7 @@ impl Fleet {
     fn drop_unreachable(&mut self) {
         let from = self.departure(&self.start());
         let reached = |candidate: &Candidate| {
-            let arrival = self
-                .craft
-                .arrive(&candidate.track, &from, self.within, self.horizon);
+            let arrival = self.craft.arrive(&candidate.track, &from, self.within, self.horizon);
             arrival.is_some()
         };
         let (candidates, others): (Vec<_>, Vec<_>) = self.candidates.iter().cloned().partition(reached);
@@ -181,12 +175,7 @@ impl Fleet {
     /// The cost without any service.
     fn without_visits(&self) -> f64 {
         let mut state = self.start();
-        self.pass(
-            &mut state,
-            self.horizon,
-            None,
-            (Vector2::zeros(), Vector2::zeros()),
-        );
+        self.pass(&mut state, self.horizon, None, (Vector2::zeros(), Vector2::zeros()));
         self.cost(&state).max(f64::MIN_POSITIVE)
     }
 }
@@ -198,10 +187,7 @@ fn tour(places: &[Vector2<f64>], craft: &Craft, dwell: f64) -> f64 {
         let distance = others.map(|to| (to - from).norm()).fold(f64::INFINITY, f64::min);
         if distance.is_finite() { distance } else { 0.0 }
     };
-    places
-        .iter()
-        .map(|from| dwell + nearest(from) / craft.speed)
-        .sum()
+    places.iter().map(|from| dwell + nearest(from) / craft.speed).sum()
 }
 
 /// From starboard to port, then from ahead to astern.

@@ -105,10 +105,7 @@ mod tests {
 
     /// A report each 10 s until 0 s, without the `lost` ones; the newest is number 0.
     fn reports(depth_m: Option<f64>, lost: impl Fn(u32) -> bool) -> Vec<Report> {
-        let at = |k| Report {
-            depth_m,
-            ..Report::new(-10.0 * f64::from(k), Vector2::zeros(), 1.5)
-        };
+        let at = |k| Report { depth_m, ..Report::new(-10.0 * f64::from(k), Vector2::zeros(), 1.5) };
         (0..40).filter(|k| !lost(*k)).map(at).collect()
     }
 
@@ -116,12 +113,7 @@ mod tests {
     fn silent_at(reports: &[Report], distance: impl Fn(f64) -> f64) -> f64 {
         let (mut hearing, mut age) = (Hearing::default(), 0.0);
         loop {
-            let heard = Heard {
-                tuned: TUNED,
-                reports,
-                age,
-                distance: distance(age),
-            };
+            let heard = Heard { tuned: TUNED, reports, age, distance: distance(age) };
             hearing = hearing.later(STEP, &heard);
             if hearing.is_silent(&heard, AGE_MAX) {
                 return age;
@@ -147,12 +139,7 @@ mod tests {
         let all = reports(Some(8.0), |_| false);
         let (within, unheard) = (300.0, 81.0);
         for (age, expected) in [(700.0, true), (3.0, false)] {
-            let heard = Heard {
-                tuned: TUNED,
-                reports: &all,
-                age,
-                distance: 5000.0,
-            };
+            let heard = Heard { tuned: TUNED, reports: &all, age, distance: 5000.0 };
             let hearing = Hearing { within, unheard }.later(STEP, &heard);
             assert_eq!(hearing.is_silent(&heard, AGE_MAX), expected);
         }
@@ -162,12 +149,7 @@ mod tests {
     fn lost_or_repeated_reports_pauses_and_dives_are_no_silence() {
         let never = AGE_MAX + STEP;
         let once = |depth, lost: fn(u32) -> bool| reports(depth, lost);
-        let twice = |lost| {
-            once(Some(8.0), lost)
-                .into_iter()
-                .flat_map(|report| [report; 2])
-                .collect()
-        };
+        let twice = |lost| once(Some(8.0), lost).into_iter().flat_map(|report| [report; 2]).collect();
         for (reports, expected) in [
             (once(Some(8.0), |k| k % 2 == 1), 161.0),
             // After 200 s without a report, as many are no silence.

@@ -47,16 +47,11 @@ impl SampledTrack {
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
         // A forecast that forgets its course is such a mean already.
         let foreseen = |time: f64| match past {
-            Some(PastWork {
-                between_turns: tau,
-                area,
-            }) if 0.0 < time && !matches!(forecast.model, ForecastModel::Path | ForecastModel::Hold) => {
+            Some(PastWork { between_turns: tau, area })
+                if 0.0 < time && !matches!(forecast.model, ForecastModel::Path | ForecastModel::Hold) =>
+            {
                 let (here, straight) = (forecast.at(0.0), forecast.at(time));
-                let left = if forecast.forgets() {
-                    1.0
-                } else {
-                    tau / time * -(-time / tau).exp_m1()
-                };
+                let left = if forecast.forgets() { 1.0 } else { tau / time * -(-time / tau).exp_m1() };
                 let mut position = here.position + (straight.position - here.position) * left;
                 if let Some((centre, returns_in)) = area {
                     position += (centre - position) * -(-time / returns_in).exp_m1();
@@ -68,12 +63,7 @@ impl SampledTrack {
         let positions: Vec<_> = times().map(foreseen).collect();
         let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
         let fastest = velocities.map(|velocity| (velocity - current).norm());
-        Self {
-            step,
-            fastest: fastest.fold(0.0, f64::max),
-            depths: times().map(depth).collect(),
-            positions,
-        }
+        Self { step, fastest: fastest.fold(0.0, f64::max), depths: times().map(depth).collect(), positions }
     }
 
     /// Position at a time within the horizon, s after now: linear between samples.
@@ -190,20 +180,12 @@ impl Craft {
         let direct = self.reach(track, from, within, end)?;
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
-            return Some(Arrival {
-                time: from.time,
-                heading: from.heading,
-                turning: 0.0,
-            });
+            return Some(Arrival { time: from.time, heading: from.heading, turning: 0.0 });
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
         let time = self.reach_after(track, from, (direct, turning), within, end)?;
         let heading = bearing(time);
-        Some(Arrival {
-            time,
-            heading,
-            turning: turning.min(time - from.time),
-        })
+        Some(Arrival { time, heading, turning: turning.min(time - from.time) })
     }
 
     /// Displacement through the water to the AUV's position at `time`, m.
@@ -237,11 +219,7 @@ impl Craft {
             let b = way.dot(&velocity) - near * speed;
             let c = way.norm_squared() - near * near;
             let root = time + c / ((b * b - a * c).sqrt() - b);
-            let straight = if speed > 0.0 {
-                piece.end
-            } else {
-                piece.end.min(turned)
-            };
+            let straight = if speed > 0.0 { piece.end } else { piece.end.min(turned) };
             if time <= root && root <= straight.min(end) {
                 return Some(root);
             }
@@ -262,10 +240,7 @@ mod tests {
     const WITHIN: f64 = 20.0;
 
     fn forecast(north: f64, east: f64, course: f64, speed: f64, turn_rate: f64) -> AuvForecast {
-        let state = AuvState {
-            turn_rate_radps: turn_rate,
-            ..moving(north, east, 8.0, course, speed)
-        };
+        let state = AuvState { turn_rate_radps: turn_rate, ..moving(north, east, 8.0, course, speed) };
         AuvForecast::new(&state, Intent::default(), Forecast::ConstantTurn, &STILL)
     }
 
@@ -286,28 +261,16 @@ mod tests {
     }
 
     fn craft(current: Vector2<f64>) -> Craft {
-        Craft {
-            speed: 1.5,
-            turn_rate: 0.17,
-            current,
-        }
+        Craft { speed: 1.5, turn_rate: 0.17, current }
     }
 
-    const HERE: Departure = Departure {
-        time: 0.0,
-        position: Vector2::new(0.0, 0.0),
-        heading: 0.0,
-    };
+    const HERE: Departure = Departure { time: 0.0, position: Vector2::new(0.0, 0.0), heading: 0.0 };
 
     /// The earliest time, in steps of 0.05 s, at which a constant heading is near enough.
     fn scanned(craft: &Craft, auv: &AuvForecast, turns: bool) -> Option<f64> {
         let near = |time: f64| {
             let way = auv.at(time).position - craft.current * time;
-            let turning = if turns {
-                angle_of(&way).abs() / craft.turn_rate
-            } else {
-                0.0
-            };
+            let turning = if turns { angle_of(&way).abs() / craft.turn_rate } else { 0.0 };
             way.norm() - WITHIN <= craft.speed * (time - turning).max(0.0)
         };
         (0..=36_000).map(|i| 0.05 * f64::from(i)).find(|time| near(*time))
@@ -380,20 +343,14 @@ mod tests {
         for outside in [0.002, 0.01, 0.1, 0.5] {
             let again = arrival(&forecast(-WITHIN - outside, 0.0, 0.0, 0.0, 0.0));
             let late = again.expect("is reached") - std::f64::consts::PI / 0.17 - outside / 1.5;
-            assert!(
-                (-2.0 * ARRIVED..0.4).contains(&late),
-                "{outside} m outside: {late} s"
-            );
+            assert!((-2.0 * ARRIVED..0.4).contains(&late), "{outside} m outside: {late} s");
         }
     }
 
     #[test]
     fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
-        let past = PastWork {
-            between_turns: 120.0,
-            area: None,
-        };
+        let past = PastWork { between_turns: 120.0, area: None };
         let [straight, turning] = [None, Some(past)].map(|past| track(&auv, past, &STILL));
         for until in [10, 120, 1700] {
             // Mean of tracks whose legs end at random, each second with a probability of 1/120.
@@ -421,20 +378,11 @@ mod tests {
         let corner = |k: u32| [400.0 * f64::from(k), 200.0 * f64::from(k % 2), 0.0];
         let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
         let auv = forecast(150.0, 0.0, 0.0, 0.5, 0.0);
-        let (here, later) = (
-            track(&auv, past, &STILL).at(0.0),
-            track(&auv, past, &STILL).at(1800.0),
-        );
+        let (here, later) = (track(&auv, past, &STILL).at(0.0), track(&auv, past, &STILL).at(1800.0));
         near(here.x, 150.0, 1e-9);
         near(later.x, 100.0, 10.0);
         // On a long way with bends it is not.
-        let corner = |k: u32| {
-            [
-                400.0 * f64::from(k),
-                150.0 * f64::from(k),
-                100.0 * f64::from(k % 2),
-            ]
-        };
+        let corner = |k: u32| [400.0 * f64::from(k), 150.0 * f64::from(k), 100.0 * f64::from(k % 2)];
         let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
         assert!(past.is_some_and(|past| past.area.is_none()));
     }

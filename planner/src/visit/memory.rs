@@ -117,9 +117,7 @@ impl<'a> Memory<'a> {
     /// `true` if the visit to `id`, requested as the next, is over: it was before, or it has lasted
     /// the least time with the craft `near`.
     pub(crate) fn was_visited_next(&self, id: &VehicleId, near: bool, dwell_min: f64) -> bool {
-        let before = self
-            .heard
-            .map(|(elapsed, schedule)| (self.now - elapsed, schedule));
+        let before = self.heard.map(|(elapsed, schedule)| (self.now - elapsed, schedule));
         let has_lasted = before.is_some_and(|(then, schedule)| {
             let on = schedule.visits.first();
             on.is_some_and(|on| on.auv == *id && on.arrive_s <= then && on.arrive_s + dwell_min <= self.now)

@@ -9,9 +9,7 @@ impl Fleet {
     /// Tours of all candidates, to be repeated, beginning with `first`: all of them for few
     /// candidates, else the nearest-neighbour tour.
     pub(crate) fn tours(&self, first: usize) -> Vec<Vec<usize>> {
-        let others: Vec<_> = (0..self.candidates.len())
-            .filter(|other| *other != first)
-            .collect();
+        let others: Vec<_> = (0..self.candidates.len()).filter(|other| *other != first).collect();
         if self.candidates.len() <= ALL_TOURS_MAX {
             let mut tours = vec![vec![first]];
             for other in &others {

@@ -41,11 +41,8 @@ impl Scheduler<'_> {
                 vehicle.served.left_out = Some(LeftOut::OutOfReach);
             }
         }
-        let ids: Vec<&VehicleId> = fleet
-            .candidates
-            .iter()
-            .map(|candidate| &snapshot.auvs[candidate.auv].id)
-            .collect();
+        let ids: Vec<&VehicleId> =
+            fleet.candidates.iter().map(|candidate| &snapshot.auvs[candidate.auv].id).collect();
         let present = memory.present(&fleet, &ids);
         let left = memory.visits_left(&ids);
         let visited = visits.next.as_ref().filter(|next| {
@@ -59,9 +56,7 @@ impl Scheduler<'_> {
         let found = self.best_by_first(&fleet, &ids, (present, &left), pinned);
         // A requested visit does not continue beyond its end as the present one.
         let ends = visited.is_some()
-            && memory
-                .schedule()
-                .is_none_or(|schedule| schedule.next_visited.as_ref() != visited);
+            && memory.schedule().is_none_or(|schedule| schedule.next_visited.as_ref() != visited);
         let before = memory.next().filter(|visit| !ends || Some(&visit.auv) != visited);
         let before = before.and_then(|visit| ids.iter().position(|id| **id == visit.auv));
         let chosen = chosen(&fleet, &found, before, self.parameters.keep_margin);
@@ -87,9 +82,7 @@ impl Scheduler<'_> {
         vehicles: &[Vehicle],
         forecasts: (&[AuvForecast], &[DepthAhead]),
     ) -> Fleet {
-        let visited = vehicles
-            .iter()
-            .filter(|vehicle| vehicle.served.left_out.is_none());
+        let visited = vehicles.iter().filter(|vehicle| vehicle.served.left_out.is_none());
         let members: Vec<_> = visited
             .map(|vehicle| ScheduledAuv {
                 auv: vehicle.auv,
@@ -134,18 +127,12 @@ impl Scheduler<'_> {
 /// is almost as good. An AUV that the craft passes while it turns to the next needs no visit.
 fn chosen(fleet: &Fleet, found: &[(usize, Found)], before: Option<usize>, keep_margin: f64) -> Option<usize> {
     let value = |place: usize| found[place].1.value;
-    let best = (0..found.len()).reduce(|best, next| {
-        if value(next) < value(best) - TIE * value(best).abs() {
-            next
-        } else {
-            best
-        }
-    })?;
+    let best = (0..found.len())
+        .reduce(|best, next| if value(next) < value(best) - TIE * value(best).abs() { next } else { best })?;
     let before = before.filter(|before| 0.0 < fleet.dwell_min || !fleet.turns_past(*before, found[best].0));
     let exact = found.iter().all(|(_, found)| found.exact);
     let margin = if exact { keep_margin } else { 2.0 * keep_margin };
     let kept = found.iter().position(|(first, _)| Some(*first) == before);
     // The margin excludes the price of missed deadlines, which would dominate it.
-    kept.filter(|kept| value(*kept) <= value(best) + margin * found[best].1.cost)
-        .or(Some(best))
+    kept.filter(|kept| value(*kept) <= value(best) + margin * found[best].1.cost).or(Some(best))
 }

@@ -121,9 +121,7 @@ impl Fleet {
         };
         let least = self.dwell_min.max(VISIT_MIN);
         let tours = self.tours(first);
-        let tours = tours
-            .iter()
-            .flat_map(|order| TOUR_DWELLS.map(|dwell| (order, dwell)));
+        let tours = tours.iter().flat_map(|order| TOUR_DWELLS.map(|dwell| (order, dwell)));
         for (order, dwell) in tours {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);
@@ -155,11 +153,7 @@ impl Search<'_> {
                         self.exact = false;
                         return;
                     }
-                    let Node {
-                        before,
-                        window,
-                        state,
-                    } = self.nodes[node];
+                    let Node { before, window, state } = self.nodes[node];
                     if !self.bounded() {
                         self.complete(before, &window, &state);
                     }
@@ -206,9 +200,7 @@ impl Search<'_> {
             let Some((arrive, there)) = self.arrival(&state, to) else {
                 break;
             };
-            let leave = present
-                .take()
-                .map_or(arrive + dwell, |present| present.leave.max(arrive));
+            let leave = present.take().map_or(arrive + dwell, |present| present.leave.max(arrive));
             let node = self.node(before, to, arrive, (&there, leave));
             (before, state) = (Some(self.nodes.len()), node.state);
             self.nodes.push(node);
@@ -221,11 +213,7 @@ impl Search<'_> {
             }
         }
         if let Some(last) = before {
-            let Node {
-                before,
-                window,
-                state,
-            } = self.nodes[last];
+            let Node { before, window, state } = self.nodes[last];
             self.complete(before, &window, &state);
         }
         // These nodes have no continuation.
@@ -306,22 +294,13 @@ impl Search<'_> {
 
     /// Compares the best schedule with the one whose last `window` is extended to the horizon.
     fn complete(&mut self, before: Option<usize>, window: &VisitWindow, left: &CostState) {
-        let end = self
-            .fleet
-            .visited_until(left, window.candidate, self.fleet.horizon);
+        let end = self.fleet.visited_until(left, window.candidate, self.fleet.horizon);
         let value = self.fleet.value(&end);
         let better = |best: &(usize, CostState, f64)| value < best.2 - TIE * best.2.abs();
         if self.best.as_ref().is_none_or(better) {
-            let window = VisitWindow {
-                leave: self.fleet.horizon,
-                cost_after: end.costs[window.candidate],
-                ..*window
-            };
-            self.nodes.push(Node {
-                before,
-                window,
-                state: end,
-            });
+            let window =
+                VisitWindow { leave: self.fleet.horizon, cost_after: end.costs[window.candidate], ..*window };
+            self.nodes.push(Node { before, window, state: end });
             self.best = Some((self.nodes.len() - 1, end, value));
         }
     }
@@ -336,20 +315,15 @@ impl Search<'_> {
         if width < here.len() {
             self.exact = false;
             let end = fleet.horizon * number(slot + 1) / number(SLOTS);
-            let mut ranked: Vec<_> = here
-                .iter()
-                .map(|node| (fleet.rank(&self.nodes[*node].state, end), *node))
-                .collect();
+            let mut ranked: Vec<_> =
+                here.iter().map(|node| (fleet.rank(&self.nodes[*node].state, end), *node)).collect();
             ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             here = ranked.into_iter().take(width).map(|(_, node)| node).collect();
         }
         here
     }
 
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "a time within the horizon is in one of 60 slots"
-    )]
+    #[expect(clippy::cast_possible_truncation, reason = "a time within the horizon is in one of 60 slots")]
     fn slot(&self, time: f64) -> usize {
         ((time / self.fleet.horizon * number(SLOTS)) as usize).min(SLOTS - 1)
     }

@@ -67,12 +67,9 @@ fn next(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
     let growth = law.unserved(0.0, 60.0).cost;
     let _ = match schedule.unit {
         CostUnit::Seconds => write!(said, ": {} s since it was served", short(cost)),
-        CostUnit::SquareMetres | CostUnit::Kilobits => write!(
-            said,
-            ": {} {unit}, growing {} {unit}/min",
-            short(cost),
-            short(growth)
-        ),
+        CostUnit::SquareMetres | CostUnit::Kilobits => {
+            write!(said, ": {} {unit}, growing {} {unit}/min", short(cost), short(growth))
+        }
     };
     said
 }
@@ -92,17 +89,10 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
         };
         let _ = write!(said, "; {} {news}", vehicle.auv);
     }
-    for gone in before
-        .costs
-        .iter()
-        .filter(|known| of(schedule, &known.auv).is_none())
-    {
+    for gone in before.costs.iter().filter(|known| of(schedule, &known.auv).is_none()) {
         let _ = write!(said, "; {} is not in the goal any more", gone.auv);
     }
-    let was = before
-        .visits
-        .iter()
-        .find(|visit| now < visit.leave_s && !schedule.kept);
+    let was = before.visits.iter().find(|visit| now < visit.leave_s && !schedule.kept);
     // An AUV served since then needs no visit.
     let unserved = |auv: &VehicleId| {
         let costs = of(before, auv).zip(of(schedule, auv));
@@ -113,12 +103,7 @@ fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
     if let Some(was) = was.and_then(|was| others.find(|other| other.next == was.auv)) {
         let more = 100.0 * (was.cost / schedule.cost - 1.0);
         if 0.0 <= more && more.is_finite() {
-            let _ = write!(
-                said,
-                "; {}, next until now, would cost {} % more",
-                was.next,
-                short(more)
-            );
+            let _ = write!(said, "; {}, next until now, would cost {} % more", was.next, short(more));
         }
     }
     said
@@ -166,12 +151,8 @@ mod tests {
 
     use super::*;
 
-    const VARIANCE: VisitCost = VisitCost::Uncertainty {
-        growth_m2ps: 1.0 / 30.0,
-        sigma_m: 1.5,
-        sigma_rad: 0.02,
-        interval_s: 10.0,
-    };
+    const VARIANCE: VisitCost =
+        VisitCost::Uncertainty { growth_m2ps: 1.0 / 30.0, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
 
     /// auv-3 from 130 s on, rather than auv-1, at a tenth of the cost.
     fn schedule() -> Schedule {
@@ -204,14 +185,8 @@ mod tests {
         assert_eq!(said(&schedule, None), expected);
         schedule.alternatives[0].deadlines_missed = 1;
         ends(&said(&schedule, None), "; auv-1 first would miss a deadline");
-        (
-            schedule.alternatives[0].deadlines_missed,
-            schedule.alternatives[0].cost,
-        ) = (0, 19.5);
-        ends(
-            &said(&schedule, None),
-            "; auv-1 first would be better, too little to change",
-        );
+        (schedule.alternatives[0].deadlines_missed, schedule.alternatives[0].cost) = (0, 19.5);
+        ends(&said(&schedule, None), "; auv-1 first would be better, too little to change");
         schedule.visits[0].arrive_s = 80.0;
         schedule.costs[0].left_out = Some(LeftOut::OutOfReach);
         schedule.alternatives.clear();
@@ -227,18 +202,12 @@ mod tests {
         // Another one is better by a tenth.
         after.visits[0].auv = "auv-1".into();
         (after.alternatives[0].next, after.alternatives[0].cost) = ("auv-3".into(), 22.0);
-        ends(
-            &said(&after, Some(&before)),
-            "; auv-3, next until now, would cost 10 % more",
-        );
+        ends(&said(&after, Some(&before)), "; auv-3, next until now, would cost 10 % more");
         // The AUV was served on the way.
         after.costs[0].cost = 3.0;
         assert!(!said(&after, Some(&before)).contains("next until now"));
         after.costs[0].auv = "auv-4".into();
-        ends(
-            &said(&after, Some(&before)),
-            "; auv-4 is new; auv-3 is not in the goal any more",
-        );
+        ends(&said(&after, Some(&before)), "; auv-4 is new; auv-3 is not in the goal any more");
         let mut silent = schedule();
         silent.costs[0].left_out = Some(LeftOut::Silent);
         ends(&said(&schedule(), Some(&silent)), "; auv-3 is heard again");

@@ -88,10 +88,7 @@ impl Fleet {
     /// The state after the leg to `to` with this arrival.
     pub(crate) fn travelled(&self, state: &CostState, to: usize, arrival: Arrival) -> CostState {
         let mut later = *state;
-        let (start, auv) = (
-            self.departure(state).position,
-            self.candidates[to].track.at(arrival.time),
-        );
+        let (start, auv) = (self.departure(state).position, self.candidates[to].track.at(arrival.time));
         let from = start + self.craft.current * arrival.turning;
         if state.with.is_none() {
             self.turn(&mut later, arrival);
@@ -141,10 +138,7 @@ impl Fleet {
         let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);
         let distance = state.offset.norm();
         later.offset *= (distance - nearer).max(0.0) / distance.max(f64::MIN_POSITIVE);
-        let way = (
-            track.at(state.time) + state.offset,
-            track.at(leave) + later.offset,
-        );
+        let way = (track.at(state.time) + state.offset, track.at(leave) + later.offset);
         self.pass(&mut later, leave, Some(with), way);
         later
     }
@@ -160,11 +154,8 @@ impl Fleet {
     ) {
         let start = state.time;
         for (i, candidate) in self.candidates.iter().enumerate() {
-            let served = if with == Some(i) {
-                Some((start, end))
-            } else {
-                self.passed(candidate, (start, end), way)
-            };
+            let served =
+                if with == Some(i) { Some((start, end)) } else { self.passed(candidate, (start, end), way) };
             let (from, until) = served.unwrap_or((end, end));
             let relative = self.relative(candidate);
             let take = |state: &mut CostState, later: Later| {
@@ -276,10 +267,7 @@ impl Fleet {
     }
 
     fn reduced(&self, integral: f64, peak: f64, sum: f64, time: f64) -> f64 {
-        self.reduced_by(
-            peak,
-            (integral + self.afterwards * sum) / (time + self.afterwards),
-        )
+        self.reduced_by(peak, (integral + self.afterwards * sum) / (time + self.afterwards))
     }
 
     /// The objective, from the largest relative cost and the mean.
@@ -306,22 +294,14 @@ impl Fleet {
             let reached = if state.with == Some(i) {
                 state.time
             } else {
-                let reached = self
-                    .craft
-                    .reach(&candidate.track, &from, self.within, self.horizon);
+                let reached = self.craft.reach(&candidate.track, &from, self.within, self.horizon);
                 reached.unwrap_or(self.horizon)
             };
             let before = self.law.unserved(costs[i], reached - state.time);
-            let after = self
-                .law
-                .served(before.cost, self.horizon - reached, candidate.shallowest);
+            let after = self.law.served(before.cost, self.horizon - reached, candidate.shallowest);
             integral += candidate.share * (before.integral + after.integral);
             peak = peak.max(self.relative(candidate) * before.cost);
-            costs[i] = if reached < self.horizon {
-                after.cost
-            } else {
-                before.cost
-            };
+            costs[i] = if reached < self.horizon { after.cost } else { before.cost };
         }
         self.reduced(integral, peak, self.sum(&costs), self.horizon)
     }

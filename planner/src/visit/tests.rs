@@ -44,10 +44,7 @@ fn random(seed: usize, n: usize, far: f64) -> PlanRequest {
         let place = direction(rng.random_range(-PI..PI)) * rng.random_range(0.0..far);
         let course = Course::new(rng.random_range(-PI..PI));
         let (depth, speed) = (rng.random_range(0.0..40.0), rng.random_range(0.0..0.5));
-        Auv::new(
-            format!("auv-{i}").as_str(),
-            AuvState::new(place, depth, course, speed),
-        )
+        Auv::new(format!("auv-{i}").as_str(), AuvState::new(place, depth, course, speed))
     };
     let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
     let ids: Vec<_> = auvs.iter().map(|auv| auv.id.clone()).collect();
@@ -99,9 +96,7 @@ fn known<'a>(schedule: &'a Schedule, id: &VehicleId) -> &'a ServedVehicle {
 }
 
 fn visits(request: &mut PlanRequest) -> &mut Visits {
-    let Goal::Visit(visits) = &mut request.goal.goal else {
-        panic!("the goal visits")
-    };
+    let Goal::Visit(visits) = &mut request.goal.goal else { panic!("the goal visits") };
     visits
 }
 
@@ -116,13 +111,8 @@ fn next(request: &PlanRequest) -> VehicleId {
 
 fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> Schedule {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let scheduler = Scheduler {
-        parameters,
-        speed: SPEED,
-        turn_rate: TURN_RATE,
-        report_age_max: AGE_MAX,
-        due: &|| false,
-    };
+    let scheduler =
+        Scheduler { parameters, speed: SPEED, turn_rate: TURN_RATE, report_age_max: AGE_MAX, due: &|| false };
     let scheduled = scheduler.schedule(&snapshot, &forecast_all(&snapshot));
     scheduled.expect("the goal visits").schedule
 }
@@ -147,9 +137,7 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
         ..SchedulingParameters::default()
     };
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let Goal::Visit(visits) = &snapshot.goal.goal else {
-        panic!("the goal visits")
-    };
+    let Goal::Visit(visits) = &snapshot.goal.goal else { panic!("the goal visits") };
     let member = |auv: usize| super::fleet::ScheduledAuv {
         auv,
         weight: 1.0,
@@ -160,23 +148,13 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
     let forecasts = forecast_all(&snapshot);
     let depths = depths_ahead(&snapshot, &forecasts);
     let craft = (SPEED, TURN_RATE);
-    Fleet::new(
-        &snapshot,
-        visits,
-        &members,
-        (&forecasts, &depths),
-        craft,
-        &parameters,
-    )
+    Fleet::new(&snapshot, visits, &members, (&forecasts, &depths), craft, &parameters)
 }
 
 /// A horizon short enough for enumeration, as variances allow visits of several lengths.
 fn horizon(request: &PlanRequest, of_one_length: f64) -> f64 {
     match &request.goal.goal {
-        Goal::Visit(Visits {
-            cost: VisitCost::Uncertainty { .. },
-            ..
-        }) => 0.5 * of_one_length,
+        Goal::Visit(Visits { cost: VisitCost::Uncertainty { .. }, .. }) => 0.5 * of_one_length,
         _ => of_one_length,
     }
 }

@@ -94,10 +94,7 @@ pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
         positions.extend(both.map(|(goal, x)| goal + Vector2::new(x[0], x[1]) * unit));
         sum += 2.0 * unit * unit * chase.bound(dual);
     }
-    Some(Clairvoyant {
-        mean_square: sum / positions.len() as f64,
-        positions,
-    })
+    Some(Clairvoyant { mean_square: sum / positions.len() as f64, positions })
 }
 
 /// ‖Σ coefficient · d_k + offset‖ ≤ radius over (k, coefficient), d_k the deviation at tick k, m.
@@ -117,9 +114,7 @@ impl Pursuit {
 
     /// The limits of speed and acceleration, tick by tick.
     fn discs(&self) -> Vec<Disc> {
-        (1..self.goal.len())
-            .flat_map(|k| [self.speed(k), self.acceleration(k)])
-            .collect()
+        (1..self.goal.len()).flat_map(|k| [self.speed(k), self.acceleration(k)]).collect()
     }
 
     /// Δt w_{k−1} less d_k − d_{k−1}, m.

@@ -82,8 +82,7 @@ fn law_entry(law: LosLaw) -> Value {
 /// Names of the controllers, in their order.
 pub fn names(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<String> {
     let all = controllers(scenario, guide).into_iter();
-    all.filter_map(|entry| Some(entry["name"].as_str()?.to_owned()))
-        .collect()
+    all.filter_map(|entry| Some(entry["name"].as_str()?.to_owned())).collect()
 }
 
 /// The law's best gains (least `rms_m` or visit cost). `progress` gets the fraction done.
@@ -102,11 +101,7 @@ fn campaign(scenario: &Scenario, seed: u64, controllers: &[Value]) -> Result<Cam
     if !scenario.has_surface_craft() {
         return Err(ComparisonError::NoSurfaceCraft(scenario.name.clone()));
     }
-    let objective = if visits(scenario) {
-        Objective::VisitMeanCost
-    } else {
-        Objective::RmsM
-    };
+    let objective = if visits(scenario) { Objective::VisitMeanCost } else { Objective::RmsM };
     Ok(Campaign::of_mission(scenario, seed, objective, controllers))
 }
 
@@ -203,11 +198,7 @@ impl Comparison {
         let flown = order.into_iter();
         let flown = flown.map(|number| Ok((number, fly(&campaign, number, progress)?)));
         let flown: BTreeMap<usize, Controller> = flown.collect::<Result<_, _>>()?;
-        Ok(Self {
-            scenario: scenario.name.clone(),
-            seed,
-            controllers: flown.into_values().collect(),
-        })
+        Ok(Self { scenario: scenario.name.clone(), seed, controllers: flown.into_values().collect() })
     }
 
     /// The controller with the least mean cost of visited AUVs, or the least `rms_m`.
@@ -237,10 +228,7 @@ fn fly(
     let setting = best(campaign, number, &mut |done| progress(&stage, done));
     // A law uses the present only, independent of the snapshots' forecast models.
     let foresees = matches!(controller.law, ControlLaw::Planner { .. });
-    let mut information = Information {
-        forecasts: vec![],
-        current_known: true,
-    };
+    let mut information = Information { forecasts: vec![], current_known: true };
     let mut watch = |mission: &Mission, snapshot: Option<&Snapshot>| {
         snapshot.inspect(|snapshot| information.add(snapshot, foresees));
         progress(&controller.name, mission.done());
@@ -310,10 +298,7 @@ mod tests {
         assert_eq!(row("distance, RMS, once settled, m", &settled), at + 1);
         assert!(table.contains("The approach makes at least"), "{table}");
         // No key of the JSON is left over.
-        assert!(
-            !table.contains("_m ") && !table.contains("violations."),
-            "{table}"
-        );
+        assert!(!table.contains("_m ") && !table.contains("violations."), "{table}");
         // Where all of it is settled, nothing is said of an approach.
         for controller in &mut comparison.controllers {
             controller.record.settled_after = 0.0;

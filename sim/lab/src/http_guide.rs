@@ -89,20 +89,13 @@ enum AnswerFault {
     #[error("its answer is not JSON, which has no NaN or Infinity either ({0}): {1}")]
     NotJson(serde_json::Error, String),
     #[error("its answer's {member} {is}: {answer}")]
-    Member {
-        member: &'static str,
-        is: String,
-        answer: String,
-    },
+    Member { member: &'static str, is: String, answer: String },
 }
 
 impl NoGuidance {
     /// `true` if the law was absent or too slow: it may answer later.
     pub fn may_pass(&self) -> bool {
-        matches!(
-            self.why,
-            AnswerFault::Away(_) | AnswerFault::Closed(_) | AnswerFault::TooSlow
-        )
+        matches!(self.why, AnswerFault::Away(_) | AnswerFault::Closed(_) | AnswerFault::TooSlow)
     }
 }
 
@@ -185,13 +178,7 @@ impl HttpGuide {
         let method = Method::deserialize(&answer["method"]).ok();
         self.metadata = metadata(&answer)?;
         self.previous_plan = answer["trajectory"].is_array().then_some(answer);
-        Ok(Guidance {
-            reference,
-            method,
-            predicted_rms,
-            serves,
-            solve_time: None,
-        })
+        Ok(Guidance { reference, method, predicted_rms, serves, solve_time: None })
     }
 }
 
@@ -249,10 +236,7 @@ fn reference(snapshot: &Snapshot, answer: &Value) -> Result<Reference, AnswerFau
         }
         (None, None) => return Err(wrong("heading_rad", "is no number".to_owned())),
     };
-    Ok(Reference {
-        speed: speed.min(snapshot.limits().speed_max),
-        heading: Heading::new(heading),
-    })
+    Ok(Reference { speed: speed.min(snapshot.limits().speed_max), heading: Heading::new(heading) })
 }
 
 /// Index of the AUV that `answer` serves: the next of its schedule, or the one in `serves`.
@@ -293,11 +277,7 @@ fn quoted(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4 * QUOTED_MAX)]).into_owned();
     let words: Vec<&str> = text.split_whitespace().collect();
     let visible = |c: char| {
-        if c.is_control() {
-            char::REPLACEMENT_CHARACTER
-        } else {
-            c
-        }
+        if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
     };
     words.join(" ").chars().map(visible).take(QUOTED_MAX).collect()
 }

@@ -96,16 +96,12 @@ impl Identification {
                 acceleration_max_mps2: known(Quantity::AccelerationMax),
                 deceleration_max_mps2: known(Quantity::DecelerationMax),
                 // Infinite: the log shows that it has no effect.
-                integrates: integral_time
-                    .is_some_and(|time| !time.is_finite())
-                    .then_some(false),
+                integrates: integral_time.is_some_and(|time| !time.is_finite()).then_some(false),
                 integral_time_s: integral_time.filter(|time| time.is_finite()),
             },
             sway_per_yaw_rate_s: known(Quantity::SwayPerYawRate),
-            power: power.map(|(linear_w_per_mps, cubic_w_per_mps3)| Power {
-                linear_w_per_mps,
-                cubic_w_per_mps3,
-            }),
+            power: power
+                .map(|(linear_w_per_mps, cubic_w_per_mps3)| Power { linear_w_per_mps, cubic_w_per_mps3 }),
             speed_held: self.speed_held,
             heading_held: self.heading_held,
             relative_uncertainty: self.relative_uncertainty(),
@@ -145,13 +141,10 @@ pub fn identify(log: &Log) -> Identification {
         heading::fit(log, &reference, surge.water.as_ref())
     });
     let better = |by_course: &heading::HeadingFit| fit::better(&by_heading.fit, &by_course.fit);
-    let heading_held = by_course.as_ref().and_then(better).map(|heading| {
-        if heading {
-            HeadingReference::Heading
-        } else {
-            HeadingReference::Course
-        }
-    });
+    let heading_held = by_course
+        .as_ref()
+        .and_then(better)
+        .map(|heading| if heading { HeadingReference::Heading } else { HeadingReference::Course });
     let (heading, surge) = match (heading_held, by_course) {
         (Some(HeadingReference::Course), Some(by_course)) => {
             let surge = surge::fit(log, &by_course.simulated);

@@ -170,9 +170,7 @@ impl Samples {
         let n_read = self.n_read;
         // In SI and radians.
         let number = |names: &[&str]| {
-            let mut cells = names
-                .iter()
-                .filter_map(|name| Some((*name, row.get(*name)?.as_ref()?)));
+            let mut cells = names.iter().filter_map(|name| Some((*name, row.get(*name)?.as_ref()?)));
             Ok(match cells.next() {
                 None => None,
                 Some((name, CellValue::Number(degrees))) if name.ends_with("_deg") => {
@@ -201,9 +199,7 @@ impl Samples {
         let mut power = number(&["power_w"])?;
         // Power is the increase of energy.
         if let Some(energy) = number(&["energy_j"])? {
-            let drawn = self
-                .energy
-                .map(|(then, before)| (energy - before) / (time - then));
+            let drawn = self.energy.map(|(then, before)| (energy - before) / (time - then));
             power = power.or(drawn.filter(|power| power.is_finite()));
             self.energy = Some((time, energy));
         }

@@ -25,12 +25,7 @@ pub struct ReportedRun<'a> {
 impl<'a> From<&'a Record> for ReportedRun<'a> {
     /// With the record alone.
     fn from(record: &'a Record) -> Self {
-        Self {
-            record,
-            predictions: &[],
-            information: String::new(),
-            gains: None,
-        }
+        Self { record, predictions: &[], information: String::new(), gains: None }
     }
 }
 
@@ -39,9 +34,9 @@ const PATH_POINTS_MAX: usize = 400;
 
 /// A page about `runs`, which differ only in the controller.
 pub fn report(runs: &[ReportedRun<'_>]) -> String {
-    let title = runs.first().map_or_else(String::new, |run| {
-        format!("{}, seed {}", run.record.scenario, run.record.seed)
-    });
+    let title = runs
+        .first()
+        .map_or_else(String::new, |run| format!("{}, seed {}", run.record.scenario, run.record.seed));
     let data = json!({
         "kind": "runs",
         "title": title,
@@ -161,15 +156,8 @@ mod tests {
     #[test]
     fn a_report_shows_gains_for_a_law_and_none_for_another_controller() {
         let record = record();
-        let gains = LawGains {
-            look_ahead_m: 4.0,
-            along_track_gain_per_s: 0.2,
-            integral_gain_mps: None,
-        };
-        let tuned = ReportedRun {
-            gains: Some(gains),
-            ..(&record).into()
-        };
+        let gains = LawGains { look_ahead_m: 4.0, along_track_gain_per_s: 0.2, integral_gain_mps: None };
+        let tuned = ReportedRun { gains: Some(gains), ..(&record).into() };
         let data = data(&report(&[tuned, (&record).into()]));
         let said = |run: usize| data["runs"][run]["mission"]["scene"].get("gains").cloned();
         assert_eq!(said(0), Some(json!(gains)));
@@ -185,9 +173,7 @@ mod tests {
         let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
         let column = lines[0].iter().position(|name| *name == "goal_distance_m");
         let column = column.expect("is a column");
-        let distances = lines[1..]
-            .iter()
-            .filter_map(|cells| cells[column].parse::<f64>().ok());
+        let distances = lines[1..].iter().filter_map(|cells| cells[column].parse::<f64>().ok());
         let rows = record.rows.iter();
         let expected = rows.filter_map(|row| Some(row.surface_craft.as_ref()?.distance()));
         assert_eq!(distances.clone().count(), expected.clone().count());

@@ -122,12 +122,7 @@ struct Observed {
 impl RuleGuide {
     /// `guide` by `rule`; `dwell` is the time of a turn or of a stay beyond the least, s.
     pub fn new(guide: Box<dyn Guide>, rule: Rule, dwell: f64) -> Self {
-        Self {
-            guide,
-            rule,
-            dwell,
-            memory: None,
-        }
+        Self { guide, rule, dwell, memory: None }
     }
 
     /// The goal instead of `visits`, and the index of the followed AUV in the snapshot.
@@ -148,11 +143,7 @@ impl RuleGuide {
                 let turn = ((now - memory.began) / self.dwell).floor();
                 #[expect(clippy::cast_possible_truncation, reason = "a mission's turns")]
                 let followed = heard[turn as usize % heard.len()];
-                let goal = Goal::Intermittent {
-                    auvs,
-                    dwell_s: self.dwell,
-                    epoch_s: memory.began,
-                };
+                let goal = Goal::Intermittent { auvs, dwell_s: self.dwell, epoch_s: memory.began };
                 (goal, Some(memory.places[followed]))
             }
             Rule::OldestFirst | Rule::NearestFirst | Rule::CostPerTime => {
@@ -211,11 +202,7 @@ impl Memory {
             self.served[place] |= served.is_some();
             let speed = snapshot.limits().speed_max;
             let travel = (0..MEETING_STEPS).fold(0.0, |time, _| (distance(time) - within).max(0.0) / speed);
-            all.push(Observed {
-                travel,
-                served,
-                silent,
-            });
+            all.push(Observed { travel, served, silent });
         }
         all
     }
@@ -272,10 +259,7 @@ impl Guide for RuleGuide {
         };
         let (goal, serves) = self.goal(snapshot, visits);
         let offset = snapshot.goal.offset;
-        let request = PlanRequest {
-            goal: Task { goal, offset },
-            ..PlanRequest::clone(snapshot)
-        };
+        let request = PlanRequest { goal: Task { goal, offset }, ..PlanRequest::clone(snapshot) };
         let guidance = self.guide.guide(&snapshot.again(request)?)?;
         Ok(Guidance { serves, ..guidance })
     }

@@ -30,10 +30,7 @@ impl Scores {
     pub fn lines(&self) -> Vec<(String, String)> {
         let scores = serde_json::to_value(self).expect("numbers, by name");
         let line = |(name, _, digits): &(&str, &str, usize)| {
-            let pointer = format!(
-                "/{}",
-                name.replace("answers.", "answers_by_method.").replace('.', "/")
-            );
+            let pointer = format!("/{}", name.replace("answers.", "answers_by_method.").replace('.', "/"));
             Some(((*name).to_owned(), for_people(scores.pointer(&pointer)?, *digits)))
         };
         let in_range = self.metrics.time_in_range_s.iter();

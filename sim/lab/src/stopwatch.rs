@@ -22,8 +22,5 @@ impl Guide for Stopwatch<'_> {
 pub(crate) fn timed(guide: &mut dyn Guide, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
     let start = Instant::now();
     let guidance = guide.guide(snapshot)?;
-    Ok(Guidance {
-        solve_time: Some(start.elapsed()),
-        ..guidance
-    })
+    Ok(Guidance { solve_time: Some(start.elapsed()), ..guidance })
 }

@@ -61,12 +61,7 @@ impl Trial {
     pub(crate) fn half_hour(speed_max: f64, turn_rate_max: f64) -> Self {
         let mut legs = Vec::new();
         let mut leg = |duration, speed: f64, heading, turn_rate| {
-            legs.push(Leg {
-                duration,
-                speed: speed * speed_max,
-                heading,
-                turn_rate,
-            });
+            legs.push(Leg { duration, speed: speed * speed_max, heading, turn_rate });
         };
         leg(60.0, WORKING, 0.0, 0.0);
         // Speed steps on both courses: small ones for the time constant, large ones for the limits.
@@ -111,9 +106,7 @@ impl Trial {
             }
             begin += leg.duration;
         }
-        self.legs.last().map_or((0.0, 0.0), |leg| {
-            (leg.speed, leg.heading + leg.turn_rate * leg.duration)
-        })
+        self.legs.last().map_or((0.0, 0.0), |leg| (leg.speed, leg.heading + leg.turn_rate * leg.duration))
     }
 }
 
@@ -185,10 +178,7 @@ fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<Lo
     let mut energy = world.surface_craft.as_ref().map_or(0.0, |craft| craft.energy);
     while world.time() < trial.duration() {
         let (speed, heading) = trial.reference(world.time());
-        let reference = Reference {
-            speed,
-            heading: Heading::new(heading),
-        };
+        let reference = Reference { speed, heading: Heading::new(heading) };
         if world.periods().is_multiple_of(PERIODS_PER_ROW) {
             let Some(craft) = &world.surface_craft else {
                 return rows;

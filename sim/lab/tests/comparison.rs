@@ -60,9 +60,7 @@ fn assert_at_most(share: f64, ours: f64, theirs: f64, of: &str) {
 /// Asserts that a program gave nearly every answer at the times, s, that are `counted`.
 fn assert_by_the_program(record: &Record, counted: impl Fn(f64) -> bool) {
     let rows = record.rows.iter().filter(|row| counted(row.time));
-    let methods: Vec<_> = rows
-        .filter_map(|row| row.surface_craft.as_ref()?.method)
-        .collect();
+    let methods: Vec<_> = rows.filter_map(|row| row.surface_craft.as_ref()?.method).collect();
     let others = methods.iter().filter(|method| **method != Method::Mpc).count();
     let (name, seed, n) = (&record.scenario, record.seed, methods.len());
     assert!(0 < n && others * ONE_IN <= n, "{name}, {seed}: {others} of {n}");

@@ -55,11 +55,7 @@ fn craft_of_every_kind_are_drawn_within_the_requested_ranges() {
     ] {
         assert!(any(&|craft| craft.traits.heading_loop == kind), "{kind:?}");
     }
-    for kind in [
-        SurgeLoopKind::Proportional,
-        SurgeLoopKind::AntiWindup,
-        SurgeLoopKind::Windup,
-    ] {
+    for kind in [SurgeLoopKind::Proportional, SurgeLoopKind::AntiWindup, SurgeLoopKind::Windup] {
         assert!(any(&|craft| craft.traits.surge_loop == kind), "{kind:?}");
     }
     let held = |craft: &RandomCraft| (craft.autopilot.heading_held, craft.autopilot.speed_held);
@@ -79,10 +75,7 @@ fn the_medusa_s_step_tests_agree_with_its_gains() {
     let least = (damping - munk) / (1.6 * 1.6 * 4.64);
     let most = least + 6.23 * 0.3 / (1.6 * 1.6 * 4.64) + 0.15;
     let found = tested.craft.heading.lag();
-    assert!(
-        (least..most).contains(&found),
-        "{found} s, not {least} to {most} s"
-    );
+    assert!((least..most).contains(&found), "{found} s, not {least} to {most} s");
     // m_u / d_v for slow sway, less with its quadratic drag.
     let drift = tested.craft.sway_per_yaw_rate;
     assert!((0.5..50.0 / 55.1).contains(&drift), "{drift} s");
@@ -120,20 +113,14 @@ fn apart(craft: &RandomCraft) -> (f64, f64) {
         worst = worst.max(wrap(truth.state[2] + drift - psi).abs());
         worst_speed = worst_speed.max((truth.state[3] - u).abs());
         let (speed, asked) = at(time);
-        let reference = Reference {
-            speed,
-            heading: Heading::new(asked),
-        };
+        let reference = Reference { speed, heading: Heading::new(asked) };
         truth.step(&reference, ThrusterHealth::SOUND, &Sea::calm());
         for i in 0..100 {
             let now = time + fine * f64::from(i);
             let wanted = at((now - heading.delay).max(0.0)).1;
             match heading.dynamics {
                 HeadingDynamics::FirstOrder { time_constant } => rate = (wanted - psi) / time_constant,
-                HeadingDynamics::SecondOrder {
-                    natural_frequency,
-                    damping,
-                } => {
+                HeadingDynamics::SecondOrder { natural_frequency, damping } => {
                     rate += fine
                         * natural_frequency
                         * (natural_frequency * (wanted - psi) - 2.0 * damping * rate);
@@ -157,9 +144,7 @@ fn step_tests_predict_a_manoeuvre_that_they_did_not_contain() {
     let integral =
         |craft: &RandomCraft| craft.traits.heading_loop == HeadingLoopKind::ProportionalIntegralDerivative;
     for (with_integral, median, most) in [(false, 0.04, 0.15), (true, 0.2, 0.45)] {
-        let all = (0..60)
-            .map(craft)
-            .filter(|craft| integral(craft) == with_integral);
+        let all = (0..60).map(craft).filter(|craft| integral(craft) == with_integral);
         let (mut heading, mut speed): (Vec<f64>, Vec<f64>) = all.map(|craft| apart(&craft)).unzip();
         heading.sort_by(f64::total_cmp);
         speed.sort_by(f64::total_cmp);
@@ -196,8 +181,7 @@ fn with_class(class: &str) -> Result<Scenario, String> {
     let text = Scenario::text("calm").expect("exists");
     let text = text.replacen("class = \"medusa\"", class, 1);
     let read = Scenario::parse(&text, "my.toml", Files::default());
-    read.and_then(Scenario::checked)
-        .map_err(|error| error.to_string())
+    read.and_then(Scenario::checked).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -227,10 +211,7 @@ fn an_invalid_random_class_is_named_with_its_limit() {
         ("delay_s = 3", "3 is outside 0 to 2 s"),
     ] {
         let error = with_class(&format!("class.random = {{{wrong}}}")).expect_err(wrong);
-        assert!(
-            error.contains(says) && error.starts_with("my.toml:"),
-            "{wrong}: {error}"
-        );
+        assert!(error.contains(says) && error.starts_with("my.toml:"), "{wrong}: {error}");
     }
 }
 

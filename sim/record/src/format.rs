@@ -29,9 +29,7 @@ impl Format {
         Self::ALL
             .into_iter()
             .find(|format| extension.is_some_and(|given| given.eq_ignore_ascii_case(format.extension())))
-            .ok_or_else(|| ExportError::UnknownExtension {
-                path: path.to_owned(),
-            })?
+            .ok_or_else(|| ExportError::UnknownExtension { path: path.to_owned() })?
             .built()
     }
 

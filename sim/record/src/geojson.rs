@@ -35,19 +35,11 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
     let datum = Datum::new(&origin).map_err(ExportError::from)?;
     let about = source.about().into_iter();
     let run = about.filter(|(key, _)| ["scenario", "seed"].contains(key));
-    let chart = Chart {
-        source,
-        origin,
-        datum,
-        run: run.map(|(key, value)| (key.to_owned(), value)).collect(),
-    };
+    let chart =
+        Chart { source, origin, datum, run: run.map(|(key, value)| (key.to_owned(), value)).collect() };
     out.write_all(b"{\"type\":\"FeatureCollection\",\"features\":[")?;
     let mut separator: &[u8] = b"\n";
-    for (track, _) in chart
-        .points_of_each()?
-        .into_iter()
-        .filter(|(_, n)| POINTS_MIN <= *n)
-    {
+    for (track, _) in chart.points_of_each()?.into_iter().filter(|(_, n)| POINTS_MIN <= *n) {
         out.write_all(std::mem::replace(&mut separator, b",\n"))?;
         chart.track(&track, out)?;
     }
@@ -76,11 +68,7 @@ struct TrackPoint {
 /// The positions in a row and their owners.
 fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, TrackPoint)> {
     let time = row.t_s.unwrap_or_default();
-    let place = |position, depth| TrackPoint {
-        time,
-        position,
-        depth,
-    };
+    let place = |position, depth| TrackPoint { time, position, depth };
     let vehicle = row.place().map(|(id, position)| {
         if id == SURFACE_CRAFT {
             ("asc", id, place(position, None))
@@ -261,9 +249,7 @@ mod tests {
     }
 
     fn of_kind(features: &[Value], kind: &str) -> Value {
-        let mut found = features
-            .iter()
-            .filter(|feature| feature["properties"]["kind"] == kind);
+        let mut found = features.iter().filter(|feature| feature["properties"]["kind"] == kind);
         let feature = found.next().expect("is there").clone();
         assert!(found.next().is_none(), "{kind} is there once");
         feature
@@ -277,10 +263,7 @@ mod tests {
     fn metres(point: &[f64]) -> (f64, f64) {
         let radii = (6_360_075.0, 6_386_394.0);
         let latitude = 38.41_f64.to_radians();
-        (
-            (point[0] + 9.12).to_radians() * radii.1 * latitude.cos(),
-            (point[1] - 38.41).to_radians() * radii.0,
-        )
+        ((point[0] + 9.12).to_radians() * radii.1 * latitude.cos(), (point[1] - 38.41).to_radians() * radii.0)
     }
 
     #[test]
@@ -313,10 +296,7 @@ mod tests {
         for (point, (north, depth)) in line.iter().zip([(4.0, 9.0), (4.5, 9.5), (5.0, 10.0)]) {
             let (east_of, north_of) = metres(point);
             // The radii are rounded to a metre in six million, the degrees to 0.1 mm.
-            assert!(
-                (east_of - 5.0).abs() < 5e-4 && (north_of - north).abs() < 5e-4,
-                "{point:?}"
-            );
+            assert!((east_of - 5.0).abs() < 5e-4 && (north_of - north).abs() < 5e-4, "{point:?}");
             assert_eq!(point[2], -depth);
         }
         let asc = of_kind(&features, "asc");
@@ -340,10 +320,8 @@ mod tests {
                 assert_eq!(ring.len(), corners + 1);
                 assert_eq!(ring.first(), ring.last());
                 let metres: Vec<_> = ring.iter().map(|point| metres(point)).collect();
-                let signed: f64 = metres
-                    .windows(2)
-                    .map(|pair| 0.5 * (pair[0].0 * pair[1].1 - pair[1].0 * pair[0].1))
-                    .sum();
+                let signed: f64 =
+                    metres.windows(2).map(|pair| 0.5 * (pair[0].0 * pair[1].1 - pair[1].0 * pair[0].1)).sum();
                 // Meridians converge: 1e-4 over 100 m exceeds that and the rounding.
                 assert!((signed / area - 1.0).abs() < 1e-4, "{kind}: {signed} and {area}");
             }
@@ -353,10 +331,7 @@ mod tests {
     #[test]
     fn a_line_over_the_antimeridian_does_not_run_around_the_earth() {
         let record = Sample {
-            origin: Some(Origin {
-                latitude: 0.3,
-                longitude: (-179.999_95_f64).to_radians(),
-            }),
+            origin: Some(Origin { latitude: 0.3, longitude: (-179.999_95_f64).to_radians() }),
             ..sample_for_tests::record()
         };
         for feature in written(&record) {
@@ -366,9 +341,9 @@ mod tests {
             } else {
                 points(coordinates)
             };
-            let (west, east) = line.iter().fold((f64::MAX, f64::MIN), |(west, east), point| {
-                (west.min(point[0]), east.max(point[0]))
-            });
+            let (west, east) = line
+                .iter()
+                .fold((f64::MAX, f64::MIN), |(west, east), point| (west.min(point[0]), east.max(point[0])));
             assert!(east - west < 0.01, "{feature}");
         }
     }

@@ -169,18 +169,9 @@ mod tests {
         };
         let (ndjson, csv) = (written(Format::Ndjson), written(Format::Csv));
         let names: Vec<&str> = csv.lines().next().expect("is a header").split(',').collect();
-        assert_eq!(
-            names,
-            table::COLUMNS
-                .iter()
-                .map(|column| column.name)
-                .collect::<Vec<_>>()
-        );
+        assert_eq!(names, table::COLUMNS.iter().map(|column| column.name).collect::<Vec<_>>());
         let rows = record.rows();
-        assert_eq!(
-            (ndjson.lines().count(), csv.lines().count()),
-            (rows.len(), rows.len() + 1)
-        );
+        assert_eq!((ndjson.lines().count(), csv.lines().count()), (rows.len(), rows.len() + 1));
         for ((object, line), row) in ndjson.lines().zip(csv.lines().skip(1)).zip(rows) {
             let object: Value = serde_json::from_str(object).expect("is JSON");
             assert_eq!(object, serde_json::to_value(row).expect("is JSON"));

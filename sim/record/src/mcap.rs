@@ -84,21 +84,13 @@ impl<'a, W: Write> Log<'a, W> {
             .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
             .create(NoSeek::new(out))?;
-        Ok(Self {
-            file,
-            datum,
-            true_from,
-            channels: BTreeMap::new(),
-        })
+        Ok(Self { file, datum, true_from, channels: BTreeMap::new() })
     }
 
     /// Writes the metadata of the file.
     fn metadata(&mut self, about: &[(&'static str, Value)]) -> McapResult<()> {
         let pairs = about.iter().map(|(key, value)| ((*key).to_owned(), plain(value)));
-        self.file.write_metadata(&Metadata {
-            name: "pilotfish".to_owned(),
-            metadata: pairs.collect(),
-        })
+        self.file.write_metadata(&Metadata { name: "pilotfish".to_owned(), metadata: pairs.collect() })
     }
 
     fn entry(&mut self, entry: &Entry<'_>, scene: Option<Scene<'_>>) -> McapResult<()> {
@@ -146,9 +138,7 @@ impl<'a, W: Write> Log<'a, W> {
         if !self.channels.contains_key(topic) {
             let schema = schemas::of(kind);
             let name = schema["title"].as_str().unwrap_or_default();
-            let schema = self
-                .file
-                .add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+            let schema = self.file.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
             let channel = self.file.add_channel(schema, topic, "json", &BTreeMap::new())?;
             self.channels.insert(topic.to_owned(), (channel, 0));
         }
@@ -205,14 +195,8 @@ mod tests {
             .values()
             .map(|channel| {
                 let schema = channel.schema.as_ref().expect("has a schema");
-                assert_eq!(
-                    (&*schema.encoding, &*channel.message_encoding),
-                    ("jsonschema", "json")
-                );
-                (
-                    channel.topic.as_str(),
-                    (schema.name.as_str(), counts[&channel.id]),
-                )
+                assert_eq!((&*schema.encoding, &*channel.message_encoding), ("jsonschema", "json"));
+                (channel.topic.as_str(), (schema.name.as_str(), counts[&channel.id]))
             })
             .collect();
         let expected = [
@@ -261,18 +245,12 @@ mod tests {
     #[test]
     fn rows_match_the_table_and_events_are_unchanged() {
         let mut record = sample_for_tests::record();
-        record.events = vec![
-            r#"{"sequence":1,"kind":"ran"}"#,
-            r#"{"sequence":2,"kind":"finished"}"#,
-        ];
+        record.events = vec![r#"{"sequence":1,"kind":"ran"}"#, r#"{"sequence":2,"kind":"finished"}"#];
         let file = written(&record);
         let rows: Vec<Value> = messages(&file, ROWS).into_iter().map(|(_, row)| row).collect();
         assert_eq!(json!(rows), json!(record.rows()));
         let events = messages(&file, "/events");
-        assert_eq!(
-            events[1],
-            (500_000_000, json!({"sequence": 2, "kind": "finished"}))
-        );
+        assert_eq!(events[1], (500_000_000, json!({"sequence": 2, "kind": "finished"})));
         assert_eq!(events.len(), 2);
     }
 }

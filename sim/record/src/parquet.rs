@@ -45,11 +45,7 @@ pub(super) fn write<S: Source>(source: &S, out: &mut (impl Write + Send)) -> Res
 }
 
 fn in_groups<S: Source>(source: &S, group: usize, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
-    let about: Vec<_> = source
-        .about()
-        .iter()
-        .map(|(key, value)| (*key, plain(value)))
-        .collect();
+    let about: Vec<_> = source.about().iter().map(|(key, value)| (*key, plain(value))).collect();
     let columns = COLUMNS.iter().map(|column| (column.name, column.kind));
     let mut file = File::new("record", columns, &about, out).map_err(not_written)?;
     source.for_each(&mut |entry| {
@@ -109,15 +105,10 @@ impl<W: Write + Send> File<W> {
                 .with_logical_type((kind == Kind::Word).then_some(LogicalType::String))
                 .with_repetition(Repetition::OPTIONAL);
             fields.push(Arc::new(field.build()?));
-            gathered.push(Cells {
-                levels: vec![],
-                values: cells,
-            });
+            gathered.push(Cells { levels: vec![], values: cells });
         }
         let schema = Type::group_type_builder(name).with_fields(fields).build()?;
-        let pairs = about
-            .iter()
-            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+        let pairs = about.iter().map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_key_value_metadata(Some(pairs.collect()));
@@ -242,11 +233,6 @@ mod tests {
     fn the_columns_are_compressed() {
         let file = read(1_000);
         let group = file.metadata().row_group(0);
-        assert!(
-            group
-                .columns()
-                .iter()
-                .all(|column| column.compression() == Compression::SNAPPY)
-        );
+        assert!(group.columns().iter().all(|column| column.compression() == Compression::SNAPPY));
     }
 }

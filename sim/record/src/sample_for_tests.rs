@@ -10,15 +10,9 @@ use crate::{Disc, Entry, ExportError, Origin, SCHEMA_VERSION, Scene, Source};
 /// is missing at times.
 pub(super) fn record() -> Sample {
     Sample {
-        origin: Some(Origin {
-            latitude: 38.41_f64.to_radians(),
-            longitude: (-9.12_f64).to_radians(),
-        }),
+        origin: Some(Origin { latitude: 38.41_f64.to_radians(), longitude: (-9.12_f64).to_radians() }),
         path: (0..=20).map(|i| Vector2::new(f64::from(i), 3.0)).collect(),
-        keep_outs: vec![Disc {
-            centre: Vector2::new(40.0, 30.0),
-            radius: 12.0,
-        }],
+        keep_outs: vec![Disc { centre: Vector2::new(40.0, 30.0), radius: 12.0 }],
         // Clockwise seen from above: north-east corner, then south.
         area: vec![
             Vector2::new(100.0, 100.0),
@@ -45,9 +39,7 @@ pub(super) struct Sample {
 
 impl Sample {
     pub(super) fn rows(&self) -> Vec<Row<'static>> {
-        (0..self.instants)
-            .flat_map(|k| rows(0.5 * f64::from(k)))
-            .collect()
+        (0..self.instants).flat_map(|k| rows(0.5 * f64::from(k))).collect()
     }
 }
 
@@ -55,11 +47,7 @@ impl Source for Sample {
     type Error = ExportError;
 
     fn about(&self) -> Vec<(&'static str, Value)> {
-        vec![
-            ("schema_version", json!(SCHEMA_VERSION)),
-            ("scenario", json!("by-hand")),
-            ("seed", json!(7)),
-        ]
+        vec![("schema_version", json!(SCHEMA_VERSION)), ("scenario", json!("by-hand")), ("seed", json!(7))]
     }
 
     fn origin(&self) -> Option<Origin> {
@@ -71,11 +59,7 @@ impl Source for Sample {
     }
 
     fn scene(&self) -> Scene<'_> {
-        Scene {
-            paths: vec![("auv-1", &self.path)],
-            keep_outs: self.keep_outs.clone(),
-            area: &self.area,
-        }
+        Scene { paths: vec![("auv-1", &self.path)], keep_outs: self.keep_outs.clone(), area: &self.area }
     }
 
     fn for_each(
@@ -94,10 +78,7 @@ impl Source for Sample {
 }
 
 fn rows(time: f64) -> Vec<Row<'static>> {
-    let row = Row {
-        t_s: Some(time),
-        ..Row::default()
-    };
+    let row = Row { t_s: Some(time), ..Row::default() };
     let asc = Row {
         kind: Some("truth"),
         vehicle: Some(SURFACE_CRAFT),

@@ -63,10 +63,7 @@ impl<S> OnEarth<'_, S> {
                 ..*row
             }
         });
-        Entry {
-            rows: rows.collect(),
-            ..*entry
-        }
+        Entry { rows: rows.collect(), ..*entry }
     }
 }
 
@@ -100,8 +97,7 @@ impl<S: Source> Source for OnEarth<'_, S> {
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
     ) -> Result<(), Self::Error> {
-        self.source
-            .for_each_with_places(&mut |entry| take(&self.placed(entry)))
+        self.source.for_each_with_places(&mut |entry| take(&self.placed(entry)))
     }
 }
 
@@ -147,9 +143,7 @@ impl Disc {
     pub(crate) fn outline(&self) -> Vec<Vector2<f64>> {
         const CORNERS: u32 = 64;
         let angle = |k| std::f64::consts::TAU * f64::from(k) / f64::from(CORNERS);
-        (0..CORNERS)
-            .map(|k| self.centre + geodesy::direction(angle(k)) * self.radius)
-            .collect()
+        (0..CORNERS).map(|k| self.centre + geodesy::direction(angle(k)) * self.radius).collect()
     }
 }
 

@@ -150,14 +150,9 @@ mod tests {
     #[test]
     fn the_documented_table_matches_the_code() {
         let document = include_str!("../../../docs/records.md");
-        let lines = document
-            .lines()
-            .skip_while(|line| !line.starts_with("| column |"));
-        let documented: Vec<String> = lines
-            .skip(2)
-            .take_while(|line| line.starts_with('|'))
-            .map(str::to_owned)
-            .collect();
+        let lines = document.lines().skip_while(|line| !line.starts_with("| column |"));
+        let documented: Vec<String> =
+            lines.skip(2).take_while(|line| line.starts_with('|')).map(str::to_owned).collect();
         let row = |column: &Column| format!("| `{}` | {} | {} |", column.name, column.unit, column.meaning);
         let expected: Vec<String> = COLUMNS.iter().map(row).collect();
         assert_eq!(documented, expected);

@@ -26,10 +26,7 @@ fn record(north: &[f64]) -> Record {
         let craft = row.surface_craft.as_mut().expect("has one");
         (craft.position, craft.goal) = (Vector2::new(*north, 0.0), Vector2::zeros());
         (craft.surge, craft.yaw_rate, craft.method) = (0.5, 0.0, Some(Method::Mpc));
-        craft.reference = Reference {
-            speed: 0.5,
-            heading: Heading::new(0.0),
-        };
+        craft.reference = Reference { speed: 0.5, heading: Heading::new(0.0) };
         (craft.energy, craft.heading_travel) = (f64::from(k), 0.1 * f64::from(k));
     }
     record
@@ -81,10 +78,9 @@ fn each_excursion_counts_once_and_the_worst_excess_is_kept() {
     craft(&mut record, 2).yaw_rate = -most - 0.2;
     craft(&mut record, 4).surge = 1.01 * Limits::MEDUSA.speed_max + 0.3;
     let violations = surface_craft_metrics(&record).violations;
-    for (violation, duration, worst) in [
-        (violations.turn_rate_radps, 2.0, 0.2),
-        (violations.speed_mps, 1.0, 0.3),
-    ] {
+    for (violation, duration, worst) in
+        [(violations.turn_rate_radps, 2.0, 0.2), (violations.speed_mps, 1.0, 0.3)]
+    {
         assert_eq!((violation.count, violation.duration_s), (1, duration));
         near(violation.worst, worst, 1e-12);
     }
@@ -131,11 +127,7 @@ fn a_steady_reference_has_no_jerk_and_a_single_step_has_two_differences() {
 fn answers_are_counted_by_method() {
     let mut record = record(&[0.0; 4]);
     craft(&mut record, 2).method = Some(Method::Hold);
-    let expected = AnswersByMethod {
-        mpc: 3,
-        hold: 1,
-        ..AnswersByMethod::default()
-    };
+    let expected = AnswersByMethod { mpc: 3, hold: 1, ..AnswersByMethod::default() };
     assert_eq!(surface_craft_metrics(&record).answers_by_method, expected);
 }
 
@@ -161,21 +153,12 @@ fn visits_count_at_their_beginning_and_costs_only_of_living_vehicles() {
     for (k, row) in record.rows.iter_mut().enumerate() {
         row.auvs.push(row.auvs[0]);
         for (auv, costs) in row.auvs.iter_mut().zip(costs) {
-            auv.service = costs[k].map(|cost| Service {
-                cost,
-                served: cost == 0.0,
-                late: cost == 9.0,
-            });
+            auv.service = costs[k].map(|cost| Service { cost, served: cost == 0.0, late: cost == 9.0 });
         }
         row.surface_craft.as_mut().expect("has one").serves = serves[k];
     }
     // Row by row: 3.5, 4.5, 5.5, 0 of two, 0 and 1 of one.
-    let expected = VisitMetrics {
-        mean_cost: 14.5 / 6.0,
-        max_cost: 9.0,
-        visits: 3,
-        changes: 1,
-        deadlines_missed: 1,
-    };
+    let expected =
+        VisitMetrics { mean_cost: 14.5 / 6.0, max_cost: 9.0, visits: 3, changes: 1, deadlines_missed: 1 };
     assert_eq!(surface_craft_metrics(&record).visits, Some(expected));
 }

@@ -33,11 +33,7 @@ impl TrueGoal {
     }
 
     fn of(goal: Goal, offset: Option<Offset>) -> Self {
-        Self {
-            goal,
-            offset,
-            course: Course::new(0.0),
-        }
+        Self { goal, offset, course: Course::new(0.0) }
     }
 
     /// Its present position (north, east), m. A goal at rest keeps its course: call in time order.
@@ -64,8 +60,7 @@ impl TrueGoal {
 fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalPoint<'a> {
     let named = |id: &VehicleId| -> &'a SimulatedAuv {
         let mut auvs = world.auvs.iter();
-        auvs.find(|auv| auv.id == *id)
-            .expect("a scenario's goal names its own vehicles")
+        auvs.find(|auv| auv.id == *id).expect("a scenario's goal names its own vehicles")
     };
     let one = |auv: &'a SimulatedAuv| GoalPoint {
         position: auv.position(),
@@ -74,13 +69,9 @@ fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalP
     };
     match goal {
         Goal::Track { auv } => one(named(auv)),
-        Goal::Intermittent {
-            auvs,
-            dwell_s,
-            epoch_s,
-        } => one(named(
-            &auvs[in_turn(world.time() - epoch_s, *dwell_s, auvs.len())],
-        )),
+        Goal::Intermittent { auvs, dwell_s, epoch_s } => {
+            one(named(&auvs[in_turn(world.time() - epoch_s, *dwell_s, auvs.len())]))
+        }
         Goal::Midpoint { auvs } => mean(world, auvs.iter().map(|id| (named(id), 1.0))),
         Goal::Weighted { weights } => mean(world, weights.iter().map(|(id, weight)| (named(id), *weight))),
         Goal::Localise(localise) => {
@@ -93,15 +84,9 @@ fn goal_point<'a>(goal: &Goal, world: &'a World, serves: Option<usize>) -> GoalP
         }
         Goal::Range { auvs, .. } => {
             let auvs: Vec<_> = auvs.iter().map(named).collect();
-            let below = auvs.iter().map(|auv| Below {
-                position: auv.position(),
-                depth: auv.depth(),
-            });
+            let below = auvs.iter().map(|auv| Below { position: auv.position(), depth: auv.depth() });
             let nearest = nearest_to_all(&below.collect::<Vec<_>>());
-            GoalPoint {
-                position: nearest.position,
-                ..mean(world, auvs.into_iter().zip(nearest.weights))
-            }
+            GoalPoint { position: nearest.position, ..mean(world, auvs.into_iter().zip(nearest.weights)) }
         }
     }
 }
@@ -121,11 +106,7 @@ fn mean<'a>(world: &World, weighted: impl Iterator<Item = (&'a SimulatedAuv, f64
         velocity += ground_velocity(auv, world) * weight;
         sum += weight;
     }
-    GoalPoint {
-        position: position / sum,
-        velocity: velocity / sum,
-        auv: None,
-    }
+    GoalPoint { position: position / sum, velocity: velocity / sum, auv: None }
 }
 
 fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
@@ -183,13 +164,9 @@ mod tests {
             auv.state[2] = 0.0;
         }
         let [a, b] = [0, 1].map(|i| world.auvs[i].position());
-        let weighted = |weights: [f64; 2]| Goal::Weighted {
-            weights: auvs.iter().cloned().zip(weights).collect(),
-        };
-        let range = Goal::Range {
-            auvs: auvs.clone(),
-            range_m: 100.0,
-        };
+        let weighted =
+            |weights: [f64; 2]| Goal::Weighted { weights: auvs.iter().cloned().zip(weights).collect() };
+        let range = Goal::Range { auvs: auvs.clone(), range_m: 100.0 };
         for (goal, share) in [
             (Goal::Midpoint { auvs: auvs.clone() }, 0.5),
             (weighted([3.0, 3.0]), 0.5),

@@ -176,11 +176,7 @@ impl Acoustics {
                 let noise = SlotNoise::draw(&mut self.rng);
                 if !silent {
                     let range = (telemetry.position - asc_position).norm().hypot(telemetry.depth);
-                    self.transmit(
-                        self.fix(vehicle, sent_at, range, telemetry, &noise),
-                        range,
-                        &noise,
-                    );
+                    self.transmit(self.fix(vehicle, sent_at, range, telemetry, &noise), range, &noise);
                 }
             }
         }
@@ -188,9 +184,7 @@ impl Acoustics {
 
     /// Appends the fixes up to `now`, s, to `heard`, in the order of arrival.
     pub fn receive(&mut self, now: f64, heard: &mut Vec<Fix>) {
-        let due = self
-            .pending
-            .partition_point(|message| message.fix.heard_at <= now);
+        let due = self.pending.partition_point(|message| message.fix.heard_at <= now);
         for message in self.pending.drain(..due) {
             match message.reception {
                 Reception::Received => {
@@ -211,11 +205,8 @@ impl Acoustics {
     /// The fix that the surface craft gets if it receives the message.
     fn fix(&self, vehicle: usize, sent_at: f64, range: f64, telemetry: &Telemetry, noise: &SlotNoise) -> Fix {
         let setup = &self.setup;
-        let spread = if noise.outlier < setup.outlier_share {
-            setup.outlier_sigma
-        } else {
-            setup.position_sigma
-        };
+        let spread =
+            if noise.outlier < setup.outlier_share { setup.outlier_sigma } else { setup.position_sigma };
         Fix {
             vehicle,
             sent_at,
@@ -223,10 +214,7 @@ impl Acoustics {
             telemetry: Telemetry {
                 position: disturbed_vector(&telemetry.position, &(noise.position * spread)),
                 depth: disturbed(telemetry.depth, setup.depth_sigma * noise.depth),
-                course: Course::new(disturbed(
-                    telemetry.course.radians(),
-                    setup.course_sigma * noise.course,
-                )),
+                course: Course::new(disturbed(telemetry.course.radians(), setup.course_sigma * noise.course)),
                 speed: disturbed(telemetry.speed, setup.speed_sigma * noise.speed).max(0.0),
                 ..*telemetry
             },
@@ -246,11 +234,7 @@ impl Acoustics {
         let mut message = Message {
             fix,
             arrival: fix.sent_at + range / setup.sound_speed,
-            reception: if noise.loss < loss {
-                Reception::Lost
-            } else {
-                Reception::Received
-            },
+            reception: if noise.loss < loss { Reception::Lost } else { Reception::Received },
         };
         // Every message that this one can collide with is still pending: it is received after its
         // last sound, hence after this transmission. A lost message is not decoded, but as loud.
@@ -264,9 +248,7 @@ impl Acoustics {
             self.pending.remove(0);
             self.counts.uncollected += 1;
         }
-        let after = self
-            .pending
-            .partition_point(|other| other.fix.heard_at <= fix.heard_at);
+        let after = self.pending.partition_point(|other| other.fix.heard_at <= fix.heard_at);
         self.pending.insert(after, message);
     }
 }
@@ -280,10 +262,7 @@ impl Message {
 }
 
 /// Number of steps nearest to `duration`: 10 s are 100 steps, although 0.1 is no binary fraction.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "a frame is an hour at most, and the cast saturates"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "a frame is an hour at most, and the cast saturates")]
 fn whole_steps(duration: f64, period: f64) -> u32 {
     (duration / period).round() as u32
 }

@@ -112,12 +112,7 @@ impl SurfaceSensors {
     /// Sensors before their first measurement, with a stationary satellite error.
     pub fn new(setup: SensorSetup, mut rng: ChaCha8Rng) -> Self {
         let position_error = normal_pair(&mut rng) * setup.position_sigma;
-        Self {
-            setup,
-            rng,
-            position_error,
-            track: None,
-        }
+        Self { setup, rng, position_error, track: None }
     }
 
     /// Estimate of the craft's own state now, `period` s after the previous one.
@@ -186,10 +181,7 @@ impl SurfaceSensors {
             }
             (None, None) => {}
         }
-        self.track = Some(Track {
-            position: state.position(),
-            current,
-        });
+        self.track = Some(Track { position: state.position(), current });
     }
 }
 

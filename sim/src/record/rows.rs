@@ -29,10 +29,8 @@ impl Source for Record {
 
     fn scene(&self) -> Scene<'_> {
         let paths = self.auv_ids.iter().zip(&self.paths);
-        let discs = self.bounds.keep_outs.iter().map(|disc| Disc {
-            centre: disc.centre(),
-            radius: disc.radius_m,
-        });
+        let discs =
+            self.bounds.keep_outs.iter().map(|disc| Disc { centre: disc.centre(), radius: disc.radius_m });
         Scene {
             paths: paths.map(|(id, path)| (id.as_str(), path.as_slice())).collect(),
             keep_outs: discs.collect(),
@@ -44,37 +42,24 @@ impl Source for Record {
         &self,
         take: &mut dyn FnMut(&Entry<'_>) -> Result<(), ExportError>,
     ) -> Result<(), ExportError> {
-        self.rows.iter().try_for_each(|row| {
-            take(&Entry {
-                logged_s: row.time,
-                event: None,
-                rows: self.table_rows(row),
-            })
-        })
+        self.rows
+            .iter()
+            .try_for_each(|row| take(&Entry { logged_s: row.time, event: None, rows: self.table_rows(row) }))
     }
 }
 
 impl Record {
     /// One instant: the plan, and each vehicle as it was and as it was known.
     fn table_rows(&self, row: &Row) -> Vec<TableRow<'_>> {
-        let at = TableRow {
-            t_s: Some(row.time),
-            ..TableRow::default()
-        };
-        let craft = row
-            .surface_craft
-            .iter()
-            .flat_map(|craft| surface_craft(&at, craft));
+        let at = TableRow { t_s: Some(row.time), ..TableRow::default() };
+        let craft = row.surface_craft.iter().flat_map(|craft| surface_craft(&at, craft));
         let auvs = self.auv_ids.iter().zip(&row.auvs);
         craft.chain(auvs.flat_map(|(id, is)| auv(&at, id, is))).collect()
     }
 }
 
 fn surface_craft<'a>(at: &TableRow<'a>, row: &SurfaceCraftRow) -> [TableRow<'a>; 3] {
-    let asc = TableRow {
-        vehicle: Some(SURFACE_CRAFT),
-        ..*at
-    };
+    let asc = TableRow { vehicle: Some(SURFACE_CRAFT), ..*at };
     let planned = TableRow {
         kind: Some("planned"),
         reference_speed_mps: Some(row.reference.speed),
@@ -119,10 +104,7 @@ fn surface_craft<'a>(at: &TableRow<'a>, row: &SurfaceCraftRow) -> [TableRow<'a>;
 }
 
 fn auv<'a>(at: &TableRow<'a>, id: &'a str, row: &AuvRow) -> impl Iterator<Item = TableRow<'a>> + use<'a> {
-    let auv = TableRow {
-        vehicle: Some(id),
-        ..*at
-    };
+    let auv = TableRow { vehicle: Some(id), ..*at };
     let truth = TableRow {
         kind: Some(TRUTH),
         north_m: Some(row.position.x),

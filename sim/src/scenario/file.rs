@@ -41,9 +41,7 @@ impl<'de> Deserialize<'de> for Point {
             Ok(Self(numbers))
         } else {
             let n = numbers.len();
-            Err(D::Error::custom(format!(
-                "a point is [north, east], two numbers, not {n}"
-            )))
+            Err(D::Error::custom(format!("a point is [north, east], two numbers, not {n}")))
         }
     }
 }

@@ -61,8 +61,7 @@ impl Files {
     pub(super) fn grid(&self, name: &str) -> Result<Arc<CurrentGrid>, UnreadableFile> {
         let (bytes, path) = self.bytes(name, GRID_BYTES_MAX)?;
         let grid = CurrentGrid::read(&*with_commas(&bytes));
-        grid.map(Arc::new)
-            .map_err(|error| UnreadableFile(format!("{path}: {error}")))
+        grid.map(Arc::new).map_err(|error| UnreadableFile(format!("{path}: {error}")))
     }
 
     /// The points of the only line in the GeoJSON file called `name`: a `LineString`, or the parts
@@ -81,10 +80,7 @@ impl Files {
                 let says = format!("{path}: position {index} of the line has no longitude and latitude");
                 return Err(UnreadableFile(says));
             };
-            Ok(Origin {
-                latitude: latitude.to_radians(),
-                longitude: longitude.to_radians(),
-            })
+            Ok(Origin { latitude: latitude.to_radians(), longitude: longitude.to_radians() })
         };
         let mut points: Vec<_> = line.iter().enumerate().map(place).collect::<Result<_, _>>()?;
         points.dedup();
@@ -113,18 +109,12 @@ impl Files {
             let says = format!("{name:?} is not in the scenario's folder; give the name of a file there");
             Err(UnreadableFile(says))
         };
-        let inside = Path::new(name)
-            .components()
-            .all(|component| matches!(component, Component::Normal(_)));
+        let inside = Path::new(name).components().all(|component| matches!(component, Component::Normal(_)));
         if name.is_empty() || !inside {
             return elsewhere();
         }
         // An empty path is the current folder.
-        let folder = if folder.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            folder
-        };
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let (real, home) = (path.canonicalize(), folder.canonicalize());
         let real = real.map_err(unreadable)?;
         if !real.starts_with(home.map_err(unreadable)?) {
@@ -162,12 +152,10 @@ fn lines(geojson: &GeoJson) -> Vec<Vec<&Position>> {
             features.filter_map(|feature| feature.geometry.as_ref()).collect()
         }
     };
-    let lines = geometries
-        .into_iter()
-        .filter_map(|geometry| match &geometry.value {
-            GeometryValue::LineString { coordinates } => Some(coordinates.iter().collect()),
-            GeometryValue::MultiLineString { coordinates } => Some(coordinates.iter().flatten().collect()),
-            _ => None,
-        });
+    let lines = geometries.into_iter().filter_map(|geometry| match &geometry.value {
+        GeometryValue::LineString { coordinates } => Some(coordinates.iter().collect()),
+        GeometryValue::MultiLineString { coordinates } => Some(coordinates.iter().flatten().collect()),
+        _ => None,
+    });
     lines.collect()
 }

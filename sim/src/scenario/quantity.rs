@@ -128,19 +128,13 @@ impl<K: Kind> Quantity<K> {
     }
 
     fn of(distribution: Distribution) -> Self {
-        Self {
-            distribution,
-            kind: PhantomData,
-        }
+        Self { distribution, kind: PhantomData }
     }
 }
 
 impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let distribution = deserializer.deserialize_any(Form {
-            range: K::RANGE,
-            unit: K::UNIT,
-        })?;
+        let distribution = deserializer.deserialize_any(Form { range: K::RANGE, unit: K::UNIT })?;
         Ok(Self::of(distribution))
     }
 }
@@ -148,10 +142,7 @@ impl<'de, K: Kind> Deserialize<'de> for Quantity<K> {
 impl<'de> Deserialize<'de> for Distribution {
     /// Its range is unknown here.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Form {
-            range: f64::NEG_INFINITY..=f64::INFINITY,
-            unit: "",
-        })
+        deserializer.deserialize_any(Form { range: f64::NEG_INFINITY..=f64::INFINITY, unit: "" })
     }
 }
 
@@ -189,9 +180,7 @@ impl<'de> Visitor<'de> for Form {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
         let Some(name) = map.next_key::<String>()? else {
-            return Err(A::Error::custom(
-                "an empty table; expected one of uniform, normal, choice",
-            ));
+            return Err(A::Error::custom("an empty table; expected one of uniform, normal, choice"));
         };
         let distribution = match name.as_str() {
             "uniform" => {
@@ -207,9 +196,9 @@ impl<'de> Visitor<'de> for Form {
         };
         let distribution = self.checked(distribution)?;
         match map.next_key::<String>()? {
-            Some(second) => Err(A::Error::custom(format!(
-                "both {name} and {second}; a number has one distribution"
-            ))),
+            Some(second) => {
+                Err(A::Error::custom(format!("both {name} and {second}; a number has one distribution")))
+            }
             None => Ok(distribution),
         }
     }
@@ -219,9 +208,9 @@ impl Form {
     fn checked<E: Error>(&self, distribution: Distribution) -> Result<Distribution, E> {
         distribution.check(&self.range, self.unit).map_err(E::custom)?;
         match &distribution {
-            Distribution::Uniform(least, most) if most < least => Err(E::custom(format!(
-                "uniform runs from {least} to {most}: the lower limit comes first"
-            ))),
+            Distribution::Uniform(least, most) if most < least => {
+                Err(E::custom(format!("uniform runs from {least} to {most}: the lower limit comes first")))
+            }
             Distribution::Choice(values) if values.is_empty() => {
                 Err(E::custom("an empty choice; give at least one value"))
             }
@@ -232,9 +221,7 @@ impl Form {
 
 /// Exactly two numbers: an array type would ignore further ones.
 fn two<E: Error>(numbers: &[f64]) -> Result<[f64; 2], E> {
-    numbers
-        .try_into()
-        .map_err(|_| E::custom(format!("{} numbers instead of two", numbers.len())))
+    numbers.try_into().map_err(|_| E::custom(format!("{} numbers instead of two", numbers.len())))
 }
 
 impl<K: Kind> JsonSchema for Quantity<K> {
@@ -311,11 +298,7 @@ mod tests {
         // Standard deviations: 0.2 as written, (1.5 − 0.5)/√12 of a uniform distribution, half the
         // distance of two choices.
         for (text, range, mean_and_sigma) in [
-            (
-                "v = {uniform = [0.5, 1.5]}",
-                0.5..=1.5,
-                Some((1.0, 12_f64.sqrt().recip())),
-            ),
+            ("v = {uniform = [0.5, 1.5]}", 0.5..=1.5, Some((1.0, 12_f64.sqrt().recip()))),
             ("v = {normal = [1.0, 0.2]}", 0.0..=5.0, Some((1.0, 0.2))),
             ("v = {normal = [4.9, 0.5]}", 2.0..=5.0, None),
             ("v = {choice = [0.1, 0.2]}", 0.1..=0.2, Some((0.15, 0.05))),
@@ -346,10 +329,7 @@ mod tests {
             ("{normal = [1, -1]}", "a standard deviation of -1"),
             ("{choice = []}", "at least one"),
             ("{gamma = [1, 2]}", "unknown field `gamma`"),
-            (
-                "{uniform = [1, 2], normal = [1, 2]}",
-                "a number has one distribution",
-            ),
+            ("{uniform = [1, 2], normal = [1, 2]}", "a number has one distribution"),
             ("{uniform = [0, 1, 2]}", "3 numbers instead of two"),
             ("{}", "one of uniform, normal, choice"),
             ("\"fast\"", "expected a number (0 to 5 m/s)"),

@@ -27,11 +27,7 @@ impl Scenario {
             InvalidScenario { field, reason }
         })?;
         let source = mem::take(&mut self.source);
-        *self = Self {
-            files: mem::take(&mut self.files),
-            source: Source { tree, ..source },
-            ..read
-        };
+        *self = Self { files: mem::take(&mut self.files), source: Source { tree, ..source }, ..read };
         Ok(())
     }
 }
@@ -162,11 +158,7 @@ mod tests {
             ("name", 0.1, none),
             ("auvs[0]", 0.1, none),
             ("auvs.0.speed_mps", 0.1, none),
-            (
-                "auvs[2].speed_mps",
-                0.1,
-                "the list has 2 items; there is no item 2",
-            ),
+            ("auvs[2].speed_mps", 0.1, "the list has 2 items; there is no item 2"),
             ("duration_s", 1e9, "1000000000 is outside 1 to 86400 s"),
             ("surface_craft.goal.range.range_m", 9.0, none),
         ] {

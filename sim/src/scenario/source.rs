@@ -86,11 +86,7 @@ const FORMS: &[Form] = &[
         Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson"]),
         "path = {waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}}",
     ),
-    (
-        "auvs[].path.waypoints",
-        Shape::Table,
-        "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}",
-    ),
+    ("auvs[].path.waypoints", Shape::Table, "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}"),
     ("auvs[].path.lawn_mower.lanes", Shape::WholeNumber, "lanes = 4"),
 ];
 
@@ -173,9 +169,9 @@ fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
             _ => None,
         };
         let Some(value) = next.cloned() else { break };
-        let (mut field, mut place) = members.last().map_or_else(Default::default, |member| {
-            (member.field.clone(), member.place.clone())
-        });
+        let (mut field, mut place) = members
+            .last()
+            .map_or_else(Default::default, |member| (member.field.clone(), member.place.clone()));
         match index {
             Some(index) => {
                 field = format!("{field}[{index}]");
@@ -237,10 +233,7 @@ mod tests {
             let read = Scenario::parse(&text, "my.toml", Files::default());
             let error = read.and_then(Scenario::checked).expect_err(&wrong);
             let message = error.to_string();
-            assert!(
-                message.starts_with("my.toml:") && message.contains(&says),
-                "{message}"
-            );
+            assert!(message.starts_with("my.toml:") && message.contains(&says), "{message}");
             let shown = format!("{says}; write for example {example}");
             assert!(example.is_empty() || message.contains(&shown), "{message}");
         }

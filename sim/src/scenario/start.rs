@@ -83,9 +83,7 @@ impl Scenario {
             longitude: draw.take(&origin.lon_deg).to_radians(),
         });
         let craft = self.surface_craft.as_ref();
-        let craft = craft
-            .map(|file| self.surface_craft(file, &mut draw))
-            .transpose()?;
+        let craft = craft.map(|file| self.surface_craft(file, &mut draw)).transpose()?;
         let tracks = self.tracks(origin)?;
         let auvs = (0..).zip(self.auvs.iter().zip(tracks));
         let auvs = auvs.map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw));
@@ -171,10 +169,7 @@ impl Scenario {
         self.auvs.iter().position(|auv| auv.id == id).ok_or_else(|| {
             let known: Vec<&str> = self.auvs.iter().map(|auv| auv.id.as_str()).collect();
             let known = known.join(", ");
-            invalid(
-                field,
-                format_args!("there is no vehicle {id:?}; the vehicles are {known}"),
-            )
+            invalid(field, format_args!("there is no vehicle {id:?}; the vehicles are {known}"))
         })
     }
 }

@@ -187,11 +187,7 @@ impl SimulatedAuv {
     /// Reference for its inner loops; none if it has no power.
     pub fn reference(&self) -> Option<UnderwaterReference> {
         if self.track.is_some() {
-            return Some(UnderwaterReference {
-                surge: self.state[5],
-                pitch: self.pitch(),
-                yaw_rate: 0.0,
-            });
+            return Some(UnderwaterReference { surge: self.state[5], pitch: self.pitch(), yaw_rate: 0.0 });
         }
         self.reference_for(&self.command())
     }
@@ -210,21 +206,14 @@ impl SimulatedAuv {
             }
             Behaviour::LeavesPath(None) | Behaviour::WaitsAtSurface | Behaviour::Drifts => 0.0,
         };
-        PathCommand {
-            point_speed: 0.0,
-            heading_rate,
-        }
+        PathCommand { point_speed: 0.0, heading_rate }
     }
 
     fn reference_for(&self, command: &PathCommand) -> Option<UnderwaterReference> {
         match self.behaviour {
             Behaviour::Drifts => None,
             Behaviour::WaitsAtSurface if self.depth() <= self.dive.depth_min.min(ANTENNA_DEPTH) => {
-                Some(UnderwaterReference {
-                    surge: 0.0,
-                    pitch: 0.0,
-                    yaw_rate: 0.0,
-                })
+                Some(UnderwaterReference { surge: 0.0, pitch: 0.0, yaw_rate: 0.0 })
             }
             Behaviour::FollowsPath | Behaviour::LeavesPath(_) | Behaviour::WaitsAtSurface => {
                 let lost = match self.leg {
@@ -246,10 +235,7 @@ impl SimulatedAuv {
         let point = self.path.at(self.gamma);
         let error = PathError::new(&self.position_estimate, self.heading(), &point);
         let TrackingError { weave, time, .. } = &self.tracking_error;
-        PathError {
-            y_1: error.y_1 - weave.as_ref().map_or(0.0, |weave| weave.at(*time)),
-            ..error
-        }
+        PathError { y_1: error.y_1 - weave.as_ref().map_or(0.0, |weave| weave.at(*time)), ..error }
     }
 
     /// Sets the state on its track at `time` s in a `current`. `false` without a track.
@@ -260,11 +246,7 @@ impl SimulatedAuv {
         let motion = track.at(time);
         let through_water = motion.velocity - current;
         let u_h = through_water.norm();
-        let heading = if u_h < f64::EPSILON {
-            self.heading()
-        } else {
-            Course::of(&through_water).radians()
-        };
+        let heading = if u_h < f64::EPSILON { self.heading() } else { Course::of(&through_water).radians() };
         let pitch = -motion.descent.atan2(u_h);
         let surge = u_h.hypot(motion.descent);
         let [[north, east]] = motion.position.data.0;
@@ -297,9 +279,7 @@ impl SimulatedAuv {
             None => UnderwaterInput::default(),
         };
         let through_water = direction(self.heading()) * self.horizontal_speed();
-        self.state = rk4(&self.state, PERIOD, |state| {
-            self.hull.derivative(state, input, current)
-        });
+        self.state = rk4(&self.state, PERIOD, |state| self.hull.derivative(state, input, current));
         self.gamma += command.point_speed * PERIOD;
         self.tracking_error.time += PERIOD;
         // A vehicle cannot leave the water.

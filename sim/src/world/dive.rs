@@ -17,11 +17,7 @@ pub struct Dive {
 impl Dive {
     /// The paper's: 1 to 23 m at 50°. Source: Figs. 4 and 6, eq. (32).
     pub fn paper() -> Self {
-        Self {
-            depth_min: 1.0,
-            depth_max: 23.0,
-            pitch: 50_f64.to_radians(),
-        }
+        Self { depth_min: 1.0, depth_max: 23.0, pitch: 50_f64.to_radians() }
     }
 }
 

@@ -90,14 +90,8 @@ impl Faults {
         let mut health = ThrusterHealth::SOUND;
         for what in self.at(time) {
             match what {
-                FaultKind::Thruster {
-                    side: Side::Port,
-                    share,
-                } => health.port *= share,
-                FaultKind::Thruster {
-                    side: Side::Starboard,
-                    share,
-                } => health.starboard *= share,
+                FaultKind::Thruster { side: Side::Port, share } => health.port *= share,
+                FaultKind::Thruster { side: Side::Starboard, share } => health.starboard *= share,
                 FaultKind::RudderStuck(share) => health.steering_stuck = Some(share),
                 FaultKind::ThrustStuck(share) => health.thrust_stuck = Some(share),
                 _ => {}
@@ -137,8 +131,7 @@ impl Faults {
 
     /// `true` if no message of underwater vehicle `auv` arrives at `time` s.
     pub fn is_silent(&self, auv: usize, time: f64) -> bool {
-        self.at(time)
-            .any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
+        self.at(time).any(|what| [FaultKind::Silence(auv), FaultKind::Dies(auv)].contains(&what))
     }
 
     /// Factor on the claimed standard deviation of fixes of `auv` at `time` s. Factors multiply.
@@ -186,11 +179,7 @@ mod tests {
     use super::*;
 
     fn faults(what: &[FaultKind]) -> Faults {
-        let during = |what: &FaultKind| Fault {
-            from: 10.0,
-            until: 20.0,
-            what: *what,
-        };
+        let during = |what: &FaultKind| Fault { from: 10.0, until: 20.0, what: *what };
         Faults(what.iter().map(during).collect())
     }
 
@@ -208,10 +197,7 @@ mod tests {
             FaultKind::Thruster { side, share },
             FaultKind::Thruster { side, share },
             FaultKind::Silence(1),
-            FaultKind::LeavesPath {
-                auv: 0,
-                heading: None,
-            },
+            FaultKind::LeavesPath { auv: 0, heading: None },
             FaultKind::ClockOffset(2.0),
             FaultKind::WrongAccuracy { auv: 0, factor: 0.3 },
             FaultKind::WrongAccuracy { auv: 0, factor: 0.1 },

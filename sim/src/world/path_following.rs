@@ -27,13 +27,7 @@ pub struct PathFollowingGains {
 
 impl PathFollowingGains {
     /// The public gains of the paper's laboratory (IST Lisbon).
-    pub const LAB: Self = Self {
-        k_1: 1.0,
-        k_2: 0.3,
-        k_3: 0.3,
-        theta_a: 0.8,
-        k_delta: 1.0,
-    };
+    pub const LAB: Self = Self { k_1: 1.0, k_2: 0.3, k_3: 0.3, theta_a: 0.8, k_delta: 1.0 };
 
     /// Approach angle δ, rad: the heading relative to the tangent that leads back to the path.
     ///
@@ -66,11 +60,7 @@ impl PathError {
     /// The deviation of a vehicle at `position` (north, east) with heading `psi`.
     pub fn new(position: &Vector2<f64>, psi: f64, point: &PathPoint) -> Self {
         let error = ned_from_body(point.tangent).transpose() * (position - point.position);
-        Self {
-            s_1: error.x,
-            y_1: error.y,
-            psi_e: wrap(psi - point.tangent),
-        }
+        Self { s_1: error.x, y_1: error.y, psi_e: wrap(psi - point.tangent) }
     }
 }
 
@@ -101,10 +91,7 @@ pub fn follow_path(error: &PathError, curvature: f64, u_h: f64, gains: &PathFoll
     let heading_rate = curvature * u_p + delta_rate
         - gains.k_1 * (psi_e - delta)
         - gains.k_2 * y_1 * u_h * sine_quotient(psi_e, delta);
-    PathCommand {
-        point_speed: u_p,
-        heading_rate,
-    }
+    PathCommand { point_speed: u_p, heading_rate }
 }
 
 /// (sin a − sin b) / (a − b) = cos((a + b)/2) sinc((a − b)/2), regular where a = b.

@@ -58,10 +58,7 @@ impl Plant {
         let alpha = c_u * m_u / (c_v * m_v);
         let w_max = weighted_speed_squared_max(hull, surge_force_max, alpha);
         let (u_max, largest_product) = ((w_max / alpha).sqrt(), 0.5 * w_max / alpha.sqrt());
-        let r_max = speed_against(
-            &hull.drag_yaw,
-            yaw_moment_max + (c_u - c_v).abs() * largest_product,
-        );
+        let r_max = speed_against(&hull.drag_yaw, yaw_moment_max + (c_u - c_v).abs() * largest_product);
         let v_max = speed_against(&hull.drag_sway, c_u * u_max * r_max).min(w_max.sqrt());
         let ahead = surge_force_max + hull.drag_surge.resistance(u_max);
         let ahead = (ahead + (c_v - m_u).abs() * v_max * r_max) / m_u;
@@ -124,25 +121,13 @@ mod tests {
 
     /// A hull that sways easily and turns hard, so that more than the balance ahead matters.
     const SLIPPERY: SurfaceHull = SurfaceHull {
-        drag_sway: Drag {
-            linear: 5.0,
-            quadratic: 8.0,
-        },
-        thrusters: Thrusters {
-            arm: 40.0 / 72.0,
-            ..MEDUSA.thrusters
-        },
+        drag_sway: Drag { linear: 5.0, quadratic: 8.0 },
+        thrusters: Thrusters { arm: 40.0 / 72.0, ..MEDUSA.thrusters },
         ..MEDUSA
     };
 
     /// A hull whose water is not carried along in a turn.
-    const DRY: SurfaceHull = SurfaceHull {
-        coriolis: CoriolisMasses {
-            surge: 30.0,
-            sway: 30.0,
-        },
-        ..MEDUSA
-    };
+    const DRY: SurfaceHull = SurfaceHull { coriolis: CoriolisMasses { surge: 30.0, sway: 30.0 }, ..MEDUSA };
 
     fn derivative(hull: &SurfaceHull, [u, v, r]: [f64; 3], force: f64, moment: f64) -> [f64; 3] {
         let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);

@@ -81,10 +81,8 @@ impl RecordedTrack {
 
     /// The leg that ends at point number `to`; at rest before the first and after the last.
     fn leg(&self, to: usize) -> Leg {
-        let (Some(from), Some(to)) = (
-            to.checked_sub(1).and_then(|from| self.0.get(from)),
-            self.0.get(to),
-        ) else {
+        let (Some(from), Some(to)) = (to.checked_sub(1).and_then(|from| self.0.get(from)), self.0.get(to))
+        else {
             return Leg::default();
         };
         let duration = to.time - from.time;
@@ -117,11 +115,7 @@ mod tests {
     fn circle() -> RecordedTrack {
         let point = |k: u32| {
             let time = 2.0 * f64::from(k);
-            TrackPoint {
-                time,
-                position: direction(0.025 * time) * 20.0,
-                depth: 0.1 * time,
-            }
+            TrackPoint { time, position: direction(0.025 * time) * 20.0, depth: 0.1 * time }
         };
         RecordedTrack::new((0..50).map(point).collect())
     }

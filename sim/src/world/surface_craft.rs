@@ -39,10 +39,7 @@ impl SurfaceClass {
             Self::Medusa => SurfaceAutopilot::MEDUSA,
             Self::Otter => SurfaceAutopilot::OTTER,
         };
-        SurfaceAutopilot {
-            feed_forward,
-            ..gains
-        }
+        SurfaceAutopilot { feed_forward, ..gains }
     }
 
     /// Its closed-loop response with drag feed-forward on, as given to the planner.
@@ -102,10 +99,7 @@ pub struct Sea {
 impl Sea {
     /// Still water.
     pub fn calm() -> Self {
-        Self {
-            current: Vector2::zeros(),
-            waves: WaveAcceleration::default(),
-        }
+        Self { current: Vector2::zeros(), waves: WaveAcceleration::default() }
     }
 }
 
@@ -137,9 +131,7 @@ impl SurfaceCraft {
     /// Advances by one inner-loop period.
     pub fn step(&mut self, reference: &Reference, health: ThrusterHealth, sea: &Sea) {
         let measured = Measured::of(&self.state, &sea.current);
-        let command = self
-            .autopilot
-            .command(&self.hull, &mut self.memory, &measured, reference);
+        let command = self.autopilot.command(&self.hull, &mut self.memory, &measured, reference);
         let thrust = self.hull.thrusters.steady(command, health);
         // The load that gives a free hull the waves' acceleration.
         let waves = SurfaceInput {
@@ -147,9 +139,7 @@ impl SurfaceCraft {
             yaw_moment: self.hull.inertia_yaw * sea.waves.yaw,
         };
         let before = self.state;
-        self.state = rk4(&before, PERIOD, |state| {
-            self.hull.derivative(state, thrust, waves, &sea.current)
-        });
+        self.state = rk4(&before, PERIOD, |state| self.hull.derivative(state, thrust, waves, &sea.current));
         let mean = (before + self.state) * 0.5;
         self.energy += self.hull.propulsion_power(&mean) * PERIOD;
         self.heading_travel += mean[5].abs() * PERIOD;

@@ -51,11 +51,7 @@ impl UnderwaterClass {
     pub fn dive(self) -> Dive {
         match self {
             Self::Medusa => Dive::paper(),
-            Self::Slocum => Dive {
-                depth_min: 0.5,
-                depth_max: 30.0,
-                pitch: SLOCUM_PITCH,
-            },
+            Self::Slocum => Dive { depth_min: 0.5, depth_max: 30.0, pitch: SLOCUM_PITCH },
         }
     }
 

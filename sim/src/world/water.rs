@@ -68,12 +68,7 @@ pub struct Shear {
 impl WaterSetup {
     /// Still water with a constant current (north, east), m/s.
     pub fn constant(current: Vector2<f64>) -> Self {
-        Self {
-            current: MeanCurrent::Constant(current),
-            gauss_markov: None,
-            shear: None,
-            waves: None,
-        }
+        Self { current: MeanCurrent::Constant(current), gauss_markov: None, shear: None, waves: None }
     }
 }
 

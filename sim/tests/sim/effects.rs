@@ -35,11 +35,8 @@ fn flown(scenario: &Scenario, broken: &[FaultKind], at: f64) -> Noticed {
         let snapshot = mission.observe().expect("is in range").expect("has a craft");
         let guidance = guide.guide(&snapshot).expect("answers");
         let known = guide.craft_estimate().expect("has planned");
-        let alarms = [
-            known.heading_effect.is_missing(),
-            known.speed_effect.is_missing(),
-            known.monitor.alarm,
-        ];
+        let alarms =
+            [known.heading_effect.is_missing(), known.speed_effect.is_missing(), known.monitor.alarm];
         noticed.alarmed |= alarms[0] || alarms[1];
         let (_, plan) = guide.planned().expect("has planned");
         let asked = plan.reference_through_water;
@@ -68,18 +65,13 @@ fn with_craft(name: &str, class: SurfaceClassFile, declared: bool, seconds: f64)
 }
 
 fn random(seed: u64) -> SurfaceClassFile {
-    SurfaceClassFile::Random(RandomCraftFile {
-        seed: Some(seed),
-        ..RandomCraftFile::default()
-    })
+    SurfaceClassFile::Random(RandomCraftFile { seed: Some(seed), ..RandomCraftFile::default() })
 }
 
 /// MEDUSA, Otter and `n` random craft, or as many as the variable `CRAFT` says, to measure rates.
 fn classes(n: u64) -> impl Iterator<Item = SurfaceClassFile> {
     let n = std::env::var("CRAFT").map_or(n, |craft| craft.parse().expect("a number"));
-    [SurfaceClassFile::Medusa, SurfaceClassFile::Otter]
-        .into_iter()
-        .chain((1..=n).map(random))
+    [SurfaceClassFile::Medusa, SurfaceClassFile::Otter].into_iter().chain((1..=n).map(random))
 }
 
 #[test]

@@ -29,10 +29,7 @@ impl Guide for Witness<'_> {
 }
 
 fn exchanges(scenario: &Scenario, guide: &mut dyn Guide) -> Vec<(Snapshot, Guidance)> {
-    let mut witness = Witness {
-        guide,
-        exchanged: vec![],
-    };
+    let mut witness = Witness { guide, exchanged: vec![] };
     let _ = flown_by(scenario, &mut witness, 1);
     witness.exchanged
 }
@@ -111,9 +108,7 @@ fn the_plan_of_a_vehicle_is_known_but_not_its_progress() {
         let text = Scenario::text("silence").expect("exists");
         let knots = format!("[{{along_m = 5, speed_mps = 0.3}}, {{along_m = 6, speed_mps = {beyond}}}]");
         let profile = format!("leg = \"down\"\nspeed_profile = {knots}");
-        let text = text
-            .replace("from_s = 510", "from_s = 0")
-            .replace("leg = \"down\"", &profile);
+        let text = text.replace("from_s = 510", "from_s = 0").replace("leg = \"down\"", &profile);
         let (world, mut observer) = after(&parsed(&(text + "\n[knowledge]\npaths = true\n")), 120);
         let auv = look(&world, &mut observer).auvs.remove(0);
         (world.auvs[0].gamma, auv.path.expect("given").speed_mps)

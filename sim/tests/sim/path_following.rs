@@ -73,11 +73,7 @@ fn a_vehicle_reaches_its_path_from_any_start_and_stays_on_it() {
             };
             step_until(&mut world, 600.0);
             while world.time() < 900.0 {
-                assert!(
-                    off(&world) < 1.0,
-                    "{path}: {off:.1} m after 600 s",
-                    off = off(&world)
-                );
+                assert!(off(&world) < 1.0, "{path}: {off:.1} m after 600 s", off = off(&world));
                 world.step(None);
             }
             assert!(off(&world) < 0.05, "{path}: {} m", off(&world));
@@ -134,10 +130,8 @@ fn steady_offset(across: f64, u_h: f64) -> f64 {
 fn a_vehicle_in_a_cross_current_settles_at_the_predicted_offset() {
     let u_h = 0.3 * 50_f64.to_radians().cos();
     let mut scenario = named("paper-path-following");
-    scenario.water.current = Some(CurrentFile::Constant {
-        north_mps: Quantity::fixed(0.0),
-        east_mps: Quantity::fixed(0.1),
-    });
+    scenario.water.current =
+        Some(CurrentFile::Constant { north_mps: Quantity::fixed(0.0), east_mps: Quantity::fixed(0.1) });
     let mut world = world(&scenario, 1);
     // Straight on the first lane, 85 s into a leg: the reversal's oscillation has decayed.
     let turned = turning_times(&mut world, 290.0);

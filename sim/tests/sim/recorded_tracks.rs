@@ -15,17 +15,13 @@ fn scenario(text: &str) -> Result<Scenario, String> {
     let built_in = Scenario::text("cross-current").expect("exists");
     let (before, rest) = built_in.split_once("[[auvs]]").expect("has an AUV");
     let (_, water) = rest.split_once("[water").expect("has a current");
-    with_track(
-        &format!("{before}[[auvs]]\nid = \"auv-1\"\ntrack = \"track.csv\"\n\n[water{water}"),
-        text,
-    )
+    with_track(&format!("{before}[[auvs]]\nid = \"auv-1\"\ntrack = \"track.csv\"\n\n[water{water}"), text)
 }
 
 fn with_track(toml: &str, track: &str) -> Result<Scenario, String> {
     let files = Files::kept(BTreeMap::from([("track.csv".to_owned(), track.to_owned())]));
     let read = Scenario::parse(toml, "mine.toml", files);
-    read.and_then(Scenario::checked)
-        .map_err(|error| error.to_string())
+    read.and_then(Scenario::checked).map_err(|error| error.to_string())
 }
 
 /// A spiral that dives and climbs, once a second for a minute, from a time of day on.
@@ -84,10 +80,7 @@ fn latitudes_and_longitudes_give_the_same_track() {
         [t, latitude.to_degrees(), longitude.to_degrees(), depth]
     });
     let on_earth: Vec<_> = on_earth.collect();
-    let other = flown(&format!(
-        "\u{feff}# from a log\n{}",
-        csv("t,Lat,Lon,depth", &on_earth)
-    ));
+    let other = flown(&format!("\u{feff}# from a log\n{}", csv("t,Lat,Lon,depth", &on_earth)));
     for (one, other) in local.rows.iter().zip(&other.rows) {
         // A degree has 15 printed digits: nanometres.
         near_to(one.auvs[0].position, other.auvs[0].position, 1e-6);
@@ -163,14 +156,8 @@ fn a_record_is_a_track_and_two_tracks_share_a_clock() {
 
 #[test]
 fn a_wrong_track_is_refused_with_its_line() {
-    let many = (0..=100_000)
-        .map(|t| format!("{t},0,0"))
-        .collect::<Vec<_>>()
-        .join("\n");
-    let many = [
-        format!("t,north,east\n{many}"),
-        "has 100001 points, more than 100000".to_owned(),
-    ];
+    let many = (0..=100_000).map(|t| format!("{t},0,0")).collect::<Vec<_>>().join("\n");
+    let many = [format!("t,north,east\n{many}"), "has 100001 points, more than 100000".to_owned()];
     let table = rows(
         r#"
                               | line 1: no column t_s; it has
@@ -210,26 +197,14 @@ fn a_member_that_contradicts_a_track_is_refused() {
     for (toml, fault) in [
         (path_too, "auvs[0].track: "),
         (neither.to_owned(), "auvs[0].path: is missing; give path or track"),
-        (
-            alone("speed_mps = 0.3\n"),
-            "auvs[0].track: speed_mps is given too",
-        ),
-        (
-            alone(astray),
-            "faults[0].what.auv_dies.auv: \"auv-1\" repeats its recorded track",
-        ),
+        (alone("speed_mps = 0.3\n"), "auvs[0].track: speed_mps is given too"),
+        (alone(astray), "faults[0].what.auv_dies.auv: \"auv-1\" repeats its recorded track"),
     ] {
         let refused = with_track(&toml, track).expect_err(fault);
         assert!(refused.contains(fault), "{refused}");
     }
     with_track(&alone("depth_m = 4\n"), track).expect("has a depth of its own");
     let absent = Scenario::parse(&alone(""), "mine.toml", Files::kept(BTreeMap::new()));
-    let absent = absent
-        .and_then(Scenario::checked)
-        .expect_err("is absent")
-        .to_string();
-    assert!(
-        absent.contains("auvs[0].track: \"track.csv\" was not stored"),
-        "{absent}"
-    );
+    let absent = absent.and_then(Scenario::checked).expect_err("is absent").to_string();
+    assert!(absent.contains("auvs[0].track: \"track.csv\" was not stored"), "{absent}");
 }

@@ -51,9 +51,7 @@ fn from_path(record: &Record, row: &Row, auv: usize) -> f64 {
 /// Distances of the goal from row to row, m: its mean speeds, m/s.
 fn goal_steps(record: &Record) -> Vec<f64> {
     let pairs = record.rows.windows(2);
-    pairs
-        .map(|pair| (craft(&pair[1]).goal - craft(&pair[0]).goal).norm())
-        .collect()
+    pairs.map(|pair| (craft(&pair[1]).goal - craft(&pair[0]).goal).norm()).collect()
 }
 
 fn known_age(row: &Row, auv: usize) -> f64 {
@@ -127,20 +125,14 @@ fn switching_hands_over_every_240_s_to_a_vehicle_60_m_away() {
     for (name, between) in [("switching", 0.0), ("switching-opposed", PI)] {
         let record = flown(name, 1);
         let steps = record.rows[1..].iter().zip(goal_steps(&record));
-        let jumps: Vec<f64> = steps
-            .filter_map(|(row, step)| (step > 50.0).then_some(row.time))
-            .collect();
+        let jumps: Vec<f64> = steps.filter_map(|(row, step)| (step > 50.0).then_some(row.time)).collect();
         assert_eq!(jumps.len(), 7, "{name}");
         for (k, found) in (1..).zip(jumps) {
             near(found, 240.0 * f64::from(k), 0.5);
         }
         // No vehicle turns: only hand-overs remain. Both have reached their lanes after a minute.
         for row in &record.rows[60..] {
-            near(
-                wrap(row.auvs[0].heading - row.auvs[1].heading).abs(),
-                between,
-                0.01,
-            );
+            near(wrap(row.auvs[0].heading - row.auvs[1].heading).abs(), between, 0.01);
         }
     }
 }
@@ -158,9 +150,7 @@ fn silence_hides_a_whole_turn_and_the_path_compensates() {
         let silent = &record.rows[510..690];
         let oldest = largest(silent.iter().map(|row| known_age(row, 0)));
         assert!(oldest >= 170.0, "{oldest}");
-        let turns = silent
-            .windows(2)
-            .map(|pair| wrap(pair[1].auvs[0].heading - pair[0].auvs[0].heading));
+        let turns = silent.windows(2).map(|pair| wrap(pair[1].auvs[0].heading - pair[0].auvs[0].heading));
         near(turns.sum::<f64>().abs(), PI, 0.05);
         largest(silent.iter().map(|row| craft(row).distance()))
     });
@@ -209,12 +199,9 @@ fn noisy_fixes_have_the_delay_loss_and_errors_of_the_file() {
 
 #[test]
 fn surveys_report_positions_alone_and_routes_as_corners() {
-    for (name, corners) in [
-        ("survey-lanes", 0),
-        ("survey-declared", 16),
-        ("survey-resumed", 16),
-        ("survey-random", 0),
-    ] {
+    for (name, corners) in
+        [("survey-lanes", 0), ("survey-declared", 16), ("survey-resumed", 16), ("survey-random", 0)]
+    {
         watched(name, 60.0, 1, |snapshot| {
             let auv = &snapshot.auvs[0];
             let mut reports = auv.reports.iter().flatten();
@@ -223,18 +210,9 @@ fn surveys_report_positions_alone_and_routes_as_corners() {
                 reports.all(|report| { report.ground_track().is_none() && report.turn_rate_radps.is_none() })
             );
             let known = auv.path.iter().flat_map(|path| &path.segments);
-            assert_eq!(
-                known.clone().map(Segment::count).sum::<usize>(),
-                corners,
-                "{name}"
-            );
+            assert_eq!(known.clone().map(Segment::count).sum::<usize>(), corners, "{name}");
             for segment in known {
-                let Segment::Waypoints {
-                    fillet_m: None,
-                    turn_radius_m: None,
-                    ..
-                } = segment
-                else {
+                let Segment::Waypoints { fillet_m: None, turn_radius_m: None, .. } = segment else {
                     panic!("{segment:?}")
                 };
             }
@@ -284,10 +262,7 @@ fn crowded_has_a_disc_on_the_straight_course_and_never_around_the_goal() {
 #[test]
 fn rough_water_rocks_the_craft_and_its_current_varies() {
     // One heading and one speed throughout: only the water turns the craft.
-    let ahead = Reference {
-        speed: 0.3,
-        heading: Heading::new(0.0),
-    };
+    let ahead = Reference { speed: 0.3, heading: Heading::new(0.0) };
     let [calm, rough] = ["calm", "rough-water"].map(|name| {
         let mut world = world(&named(name), 1);
         let (mut yaw_rates, mut currents) = (vec![], vec![]);

@@ -60,16 +60,9 @@ impl Reference {
         let described = value["description"].as_str().or(inside["description"].as_str());
         let (meaning, stated) = split_default(described.unwrap_or_default());
         let default = stated.or_else(|| value.get("default").map(Value::to_string));
-        let presence = if required {
-            Presence::Required
-        } else {
-            Presence::Optional(default.unwrap_or_default())
-        };
-        let form = if key == NUMBERS {
-            Form::default()
-        } else {
-            self.form(&inside)
-        };
+        let presence =
+            if required { Presence::Required } else { Presence::Optional(default.unwrap_or_default()) };
+        let form = if key == NUMBERS { Form::default() } else { self.form(&inside) };
         self.rows.push(Row {
             key: key.to_owned(),
             value: form.value(),
@@ -214,9 +207,7 @@ fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
         for key in found {
             // Distributions and names of vehicles are not keys of the format.
             let (table, last) = key.rsplit_once('.').unwrap_or(("", &key));
-            let is_by_auv = [".slots_s", ".weights", ".serve_by_s"]
-                .iter()
-                .any(|end| table.ends_with(end));
+            let is_by_auv = [".slots_s", ".weights", ".serve_by_s"].iter().any(|end| table.ends_with(end));
             let chosen = ["uniform", "normal", "choice"].contains(&last);
             let is_known = known.contains(&key.as_str()) || (is_by_auv && known.contains(&table));
             assert!(chosen || is_known, "{name}: {key}");

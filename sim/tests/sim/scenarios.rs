@@ -179,9 +179,7 @@ fn acoustics(lines: &str) -> String {
         "range_max_m = 100",
     ];
     let key = |line: &str| line.split(' ').next().map(str::to_owned);
-    let kept = usual
-        .iter()
-        .filter(|line| lines.lines().all(|other| key(other) != key(line)));
+    let kept = usual.iter().filter(|line| lines.lines().all(|other| key(other) != key(line)));
     let kept: Vec<&str> = kept.copied().collect();
     format!("[knowledge.acoustics]\n{}\n{lines}\n[water]", kept.join("\n"))
 }
@@ -255,14 +253,8 @@ fn a_craft_stays_at_every_kind_of_goal_and_offset() {
     for (goal, most) in [
         ("goal.weighted.weights = {auv-1 = 2, auv-2 = 1}", 0.1),
         ("goal.range = {auvs = [\"auv-1\", \"auv-2\"], range_m = 60}", 4.0),
-        (
-            "goal.midpoint.auvs = [\"auv-1\", \"auv-2\"]\ngoal_offset.ned = {north_m = -5, east_m = 10}",
-            0.1,
-        ),
-        (
-            "goal.track.auv = \"auv-1\"\ngoal_offset.target = {ahead_m = -5, starboard_m = 10}",
-            0.1,
-        ),
+        ("goal.midpoint.auvs = [\"auv-1\", \"auv-2\"]\ngoal_offset.ned = {north_m = -5, east_m = 10}", 0.1),
+        ("goal.track.auv = \"auv-1\"\ngoal_offset.target = {ahead_m = -5, starboard_m = 10}", 0.1),
         (
             "goal.intermittent = {auvs = [\"auv-1\"], dwell_s = 60, epoch_s = 0}\n\
              goal_offset.path = {ahead_m = 0, starboard_m = 10}",
@@ -319,10 +311,7 @@ fn a_strayed_vehicle_resumes_its_own_lane() {
     assert!(15.0 < east, "it drifted to {east} m");
     step_until(&mut world, 402.0);
     let gamma = world.auvs[0].gamma;
-    assert!(
-        (gamma - left_at).abs() < 45.0 && gamma < 100.0,
-        "{left_at} and {gamma}"
-    );
+    assert!((gamma - left_at).abs() < 45.0 && gamma < 100.0, "{left_at} and {gamma}");
 }
 
 #[test]
@@ -359,10 +348,7 @@ fn random_surveys_repeat_by_seed_have_all_patterns_and_can_be_followed() {
         assert_eq!(path, survey("turn_radius_m = 8", seed));
         assert_ne!(path, survey("turn_radius_m = 8", seed + 1));
         // A fixed pattern and its members change nothing else.
-        let said = survey(
-            "turn_radius_m = 8, from = [0, 0], pattern = \"there_and_back\"",
-            seed,
-        );
+        let said = survey("turn_radius_m = 8, from = [0, 0], pattern = \"there_and_back\"", seed);
         near(said.at(0.0).tangent, path.at(0.0).tangent, 1e-9);
         corners.insert((path.segments()[0].count(), path.is_closed()));
         for piece in 0..=4000 {
@@ -394,25 +380,12 @@ fn a_craft_table_reaches_the_planner_and_changes_no_draw() {
          heading_held = \"course\"\nspeed_held = \"over_ground\"\nrelative_uncertainty = 0.3\n",
     );
     let drawn = all.heading_loop.time_constant_s;
-    assert!(
-        drawn.is_some_and(|drawn| (1.0..=3.0).contains(&drawn)),
-        "{drawn:?}"
-    );
+    assert!(drawn.is_some_and(|drawn| (1.0..=3.0).contains(&drawn)), "{drawn:?}");
     let expected = CraftDescription {
         preset: Some("otter".to_owned()),
-        heading_loop: HeadingLoop {
-            time_constant_s: drawn,
-            ..HeadingLoop::default()
-        },
-        surge_loop: SurgeLoop {
-            integrates: Some(false),
-            delay_s: Some(0.5),
-            ..SurgeLoop::default()
-        },
-        power: Some(Power {
-            linear_w_per_mps: 0.0,
-            cubic_w_per_mps3: 20.0,
-        }),
+        heading_loop: HeadingLoop { time_constant_s: drawn, ..HeadingLoop::default() },
+        surge_loop: SurgeLoop { integrates: Some(false), delay_s: Some(0.5), ..SurgeLoop::default() },
+        power: Some(Power { linear_w_per_mps: 0.0, cubic_w_per_mps3: 20.0 }),
         heading_held: Some(HeadingReference::Course),
         speed_held: Some(SpeedReference::OverGround),
         relative_uncertainty: Some(0.3),

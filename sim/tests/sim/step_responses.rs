@@ -59,8 +59,7 @@ impl Trial {
             // A fifth of the period: fine enough for a lag of a fifth of a period.
             for _ in 0..5 {
                 self.state = rk4(&self.state, 0.2 * PERIOD, |x| {
-                    self.hull
-                        .derivative(x, steady, SurfaceInput::default(), &Vector2::zeros())
+                    self.hull.derivative(x, steady, SurfaceInput::default(), &Vector2::zeros())
                 });
             }
             time += PERIOD;
@@ -86,20 +85,15 @@ fn time(index: usize) -> f64 {
 fn time_to_63_percent(class: SurfaceClass, from: f64, to: f64, mode: DragFeedForward) -> f64 {
     let level = from + 0.632 * (to - from);
     let states = Trial::steady(class, mode, from).follow(to, 0.0, 120.0);
-    let there = states
-        .iter()
-        .position(|state| (state[3] - level) * (to - from).signum() >= 0.0);
+    let there = states.iter().position(|state| (state[3] - level) * (to - from).signum() >= 0.0);
     time(there.expect("the loop gets there"))
 }
 
 #[test]
 fn drag_feed_forward_speeds_up_the_medusa_s_surge() {
-    for (from, to, mode, published) in [
-        (0.3, 0.7, Off, 4.9),
-        (0.3, 1.5, Off, 39.0),
-        (0.3, 0.7, On, 2.3),
-        (0.3, 1.5, On, 5.7),
-    ] {
+    for (from, to, mode, published) in
+        [(0.3, 0.7, Off, 4.9), (0.3, 1.5, Off, 39.0), (0.3, 0.7, On, 2.3), (0.3, 1.5, On, 5.7)]
+    {
         near(time_to_63_percent(Medusa, from, to, mode) / published, 1.0, 0.15);
     }
 }
@@ -120,10 +114,7 @@ fn the_medusa_turns_a_right_angle_in_three_seconds_with_or_without_lag() {
     // 0.02 s is next to none.
     let settled = [0.02, 0.1, 0.2].map(|lag| right_angle(Medusa, Thrusters { lag, ..thrusters }, 0.3));
     near(settled[1].0 / 3.1, 1.0, 0.15);
-    assert!(
-        settled.is_sorted_by(|shorter, longer| shorter.1 <= longer.1),
-        "{settled:?}"
-    );
+    assert!(settled.is_sorted_by(|shorter, longer| shorter.1 <= longer.1), "{settled:?}");
 }
 
 #[test]
@@ -193,11 +184,7 @@ fn the_limits_declared_to_the_planner_are_met() {
             near(trial.state[5] / limits.turn_rate_max, 1.0, 0.02);
             // The turn's Coriolis load c_v v r, 4.7 N on the MEDUSA at full speed, is 0.18 m/s of
             // proportional error; 20 s integrate half of it away.
-            assert!(
-                trial.state[3] > speed - 0.1,
-                "{class:?}, {speed}: {}",
-                trial.state[3]
-            );
+            assert!(trial.state[3] > speed - 0.1, "{class:?}, {speed}: {}", trial.state[3]);
         }
     }
 }

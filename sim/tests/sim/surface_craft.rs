@@ -18,17 +18,12 @@ fn calm() -> Vector2<f64> {
 /// State after `n` steps of `step` s in still water without waves, with `steady` thrust.
 fn run(hull: &SurfaceHull, start: SurfaceState, steady: Thrust, step: f64, n: u32) -> SurfaceState {
     (0..n).fold(start, |state, _| {
-        rk4(&state, step, |x| {
-            hull.derivative(x, steady, SurfaceInput::default(), &calm())
-        })
+        rk4(&state, step, |x| hull.derivative(x, steady, SurfaceInput::default(), &calm()))
     })
 }
 
 fn both(thrust: f64) -> Thrust {
-    Thrust {
-        port: thrust,
-        starboard: thrust,
-    }
+    Thrust { port: thrust, starboard: thrust }
 }
 
 #[test]
@@ -56,10 +51,8 @@ fn the_otter_s_derived_figures_match_the_published_code() {
 #[test]
 fn the_thrusters_work_in_a_turn_becomes_motion_and_heat() {
     for hull in CLASSES.map(SurfaceClass::hull) {
-        let steady = Thrust {
-            port: 0.8 * hull.thrusters.ahead_max,
-            starboard: 0.2 * hull.thrusters.ahead_max,
-        };
+        let steady =
+            Thrust { port: 0.8 * hull.thrusters.ahead_max, starboard: 0.2 * hull.thrusters.ahead_max };
         let lost = |state: &SurfaceState| {
             hull.drag_surge.resistance(state[3]) * state[3]
                 + hull.drag_sway.resistance(state[4]) * state[4]
@@ -130,15 +123,9 @@ fn waves_push_the_craft_as_its_thrusters_would() {
 #[test]
 fn steps_of_a_tenth_of_a_second_are_accurate() {
     for hull in CLASSES.map(SurfaceClass::hull) {
-        let turn = Thrust {
-            port: 0.9 * hull.thrusters.ahead_max,
-            starboard: 0.1 * hull.thrusters.ahead_max,
-        };
-        let after = |step, n| {
-            run(&hull, SurfaceState::zeros(), turn, step, n)
-                .fixed_rows::<2>(0)
-                .into_owned()
-        };
+        let turn = Thrust { port: 0.9 * hull.thrusters.ahead_max, starboard: 0.1 * hull.thrusters.ahead_max };
+        let after =
+            |step, n| run(&hull, SurfaceState::zeros(), turn, step, n).fixed_rows::<2>(0).into_owned();
         // A millimetre in 30 s of hard turning from rest does not matter for tracking to centimetres.
         near_to(after(PERIOD, 300), after(PERIOD / 16.0, 4800), 1e-3);
     }

@@ -125,10 +125,7 @@ fn weaves_differ_by_seed_and_change_nothing_else() {
     assert_eq!(one, across(weave, 1));
     let path = |members: &str| world(&parsed(&text(members)), 3).auvs[0].path.clone();
     let survey = "path.random_survey = {}\n";
-    assert_eq!(
-        path(survey),
-        path(&format!("{survey}tracking_error.weave = {{{weave}}}"))
-    );
+    assert_eq!(path(survey), path(&format!("{survey}tracking_error.weave = {{{weave}}}")));
 }
 
 #[test]
@@ -198,9 +195,7 @@ fn a_plan_is_declared_without_the_errors_and_a_track_with_them() {
         (path.segments, worst)
     };
     let (plan, off) = declared("plan");
-    let [Segment::Waypoints { points, .. }] = &plan[..] else {
-        panic!("{plan:?}")
-    };
+    let [Segment::Waypoints { points, .. }] = &plan[..] else { panic!("{plan:?}") };
     assert_eq!(*points, [[0.0, 0.0], [300.0, 0.0], [300.0, 400.0]]);
     assert!(15.0 < off, "{off}");
     let (_, off) = declared("sailed");

@@ -24,11 +24,7 @@ fn follow(
 ) -> Vec<UnderwaterState> {
     let (hull, loops) = (class.hull(), class.loops());
     let mut surge_loop = SurgeLoop::settled_at(class.speed(), DragFeedForward::Off, hull.drag_surge);
-    let reference = UnderwaterReference {
-        surge,
-        pitch,
-        yaw_rate,
-    };
+    let reference = UnderwaterReference { surge, pitch, yaw_rate };
     let mut state = UnderwaterState::from(start);
     (0..n)
         .map(|_| {
@@ -46,19 +42,11 @@ fn at(depth: f64, pitch: f64, surge: f64) -> [f64; 8] {
 /// Time from a steady dive to within 5 % of a steady climb, s, and the largest pitch, rad.
 fn reversal(class: UnderwaterClass) -> (f64, f64) {
     let pitch = class.dive().pitch;
-    let states = follow(
-        class,
-        at(20.0, -pitch, class.speed()),
-        [class.speed(), pitch, 0.0],
-        600,
-    );
+    let states = follow(class, at(20.0, -pitch, class.speed()), [class.speed(), pitch, 0.0], 600);
     let is_outside = |state: &UnderwaterState| (state[3] - pitch).abs() > 0.05 * 2.0 * pitch;
     let last_outside = states.iter().rposition(is_outside).expect("starts outside");
     let largest = states.iter().map(|state| state[3]).fold(f64::MIN, f64::max);
-    (
-        PERIOD * f64::from(u32::try_from(last_outside + 2).expect("few")),
-        largest,
-    )
+    (PERIOD * f64::from(u32::try_from(last_outside + 2).expect("few")), largest)
 }
 
 #[test]
@@ -75,12 +63,7 @@ fn a_glide_has_its_published_ground_speed_and_slope() {
     let class = UnderwaterClass::Slocum;
     let pitch = class.dive().pitch;
     near(class.speed(), 0.29 / 26_f64.to_radians().cos(), 1e-12);
-    let end = follow(
-        class,
-        at(1.0, -pitch, class.speed()),
-        [class.speed(), -pitch, 0.0],
-        1000,
-    )[999];
+    let end = follow(class, at(1.0, -pitch, class.speed()), [class.speed(), -pitch, 0.0], 1000)[999];
     near(end[0], 0.29 * 100.0, 1e-6);
     near(end[2] - 1.0, 29.0 * 26_f64.to_radians().tan(), 1e-6);
 }
@@ -138,12 +121,7 @@ fn a_disturbed_vehicle_returns_to_its_reference_without_a_nan() {
 fn no_pitch_reference_leads_to_the_pole() {
     for class in CLASSES {
         for asked in [FRAC_PI_2, -10.0] {
-            let states = follow(
-                class,
-                at(5.0, 0.0, class.speed()),
-                [class.speed(), asked, 0.02],
-                1200,
-            );
+            let states = follow(class, at(5.0, 0.0, class.speed()), [class.speed(), asked, 0.02], 1200);
             let steepest = states.iter().map(|state| state[3].abs()).fold(0.0, f64::max);
             // The loop's overshoot stays within the 5° up to the bound of the heading rate.
             let expected = PITCH_MAX - 0.01..85_f64.to_radians();

@@ -13,9 +13,7 @@ const WITHIN: f64 = 20.0;
 /// `paper-intermittent` with this goal instead.
 fn text(goal: &str) -> String {
     let text = Scenario::text("paper-intermittent").expect("is built in");
-    let (before, rest) = text
-        .split_once("[surface_craft.goal.intermittent]")
-        .expect("has a goal");
+    let (before, rest) = text.split_once("[surface_craft.goal.intermittent]").expect("has a goal");
     let (_, after) = rest.split_once("[[auvs]]").expect("has vehicles");
     format!("{before}{goal}\n\n[[auvs]]{after}")
 }
@@ -32,11 +30,7 @@ fn ages(record: &Record) -> Vec<Vec<(f64, bool)>> {
         let of = |(age, auv): (&mut f64, &AuvRow)| {
             let near = (auv.position - craft(row).position).norm() <= WITHIN;
             let begins = near && (*age > 0.0 || row.time == 0.0);
-            *age = if near || row.time == 0.0 {
-                0.0
-            } else {
-                *age + record.interval
-            };
+            *age = if near || row.time == 0.0 { 0.0 } else { *age + record.interval };
             (*age, begins)
         };
         ages.iter_mut().zip(&row.auvs).map(of).collect()
@@ -73,13 +67,8 @@ fn visits_by_age_are_no_worse_than_the_best_fixed_dwell() {
     let planned = flown(&visit, &mut mpc());
     // With 10 and 20 s the craft stays between both and serves neither.
     let by_the_clock = [20, 40, 80, 160, 240].map(clock);
-    let is_best = by_the_clock
-        .iter()
-        .all(|clock| planned.0 <= clock.0 && planned.1 <= clock.1);
-    assert!(
-        is_best,
-        "mean and largest age, s: {planned:?}, by the clock {by_the_clock:?}"
-    );
+    let is_best = by_the_clock.iter().all(|clock| planned.0 <= clock.0 && planned.1 <= clock.1);
+    assert!(is_best, "mean and largest age, s: {planned:?}, by the clock {by_the_clock:?}");
     // Line of sight, which slows down before a goal, follows the same schedules.
     let by_the_law = flown(&visit, &mut los());
     assert!(by_the_law.0 < by_the_clock[4].0, "{by_the_law:?}");
@@ -109,10 +98,7 @@ fn true_costs_of_a_mission_match_its_positions() {
     let visits = ages.iter().flatten().filter(|(_, begins)| *begins).count();
     let metrics = Metrics::of(&record).surface_craft.expect("there is one");
     let known = metrics.visits.expect("the goal visits");
-    assert!(
-        4 < visits && known.visits == visits,
-        "{known:?}, counted {visits}"
-    );
+    assert!(4 < visits && known.visits == visits, "{known:?}, counted {visits}");
     near(known.mean_cost, mean, 1e-9);
     near(known.max_cost, largest, 1e-9);
     assert!(3 < known.changes, "{known:?}");

@@ -36,9 +36,7 @@ fn goal_of(plan: &Value) -> [f64; 2] {
 fn nearest(plan: &Value, [north, east]: [f64; 2]) -> f64 {
     let points = plan["trajectory"].as_array().expect("is a list").iter();
     let at = points.map(|point| [number(&point["north_m"]), number(&point["east_m"])]);
-    at.fold(f64::INFINITY, |least, at| {
-        least.min((at[0] - north).hypot(at[1] - east))
-    })
+    at.fold(f64::INFINITY, |least, at| least.min((at[0] - north).hypot(at[1] - east)))
 }
 
 fn track(auv: &str) -> Value {
@@ -117,9 +115,8 @@ async fn a_change_is_an_event_in_streams_and_records() {
         ["changed", { "keep_outs": [disc] }, { "keep_outs": null }],
     ]);
     let changes = events[1..3].iter();
-    let changes: Vec<_> = changes
-        .map(|event| json!([event["kind"], event["setting"], event["replaced"]]))
-        .collect();
+    let changes: Vec<_> =
+        changes.map(|event| json!([event["kind"], event["setting"], event["replaced"]])).collect();
     assert_eq!(json!(changes), expected);
     let stream = get(&format!("{mission}/events?after=0"));
     let text = read(&service, stream).await;
@@ -133,10 +130,7 @@ async fn an_invalid_patch_is_refused_with_its_fault_s_place_and_changes_nothing(
     let service = Service::start().await;
     let mission = service.create(&live()).await;
     let before = service.ask(&mission).await;
-    let many = json!(vec![
-        json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": 4.0 });
-        33
-    ]);
+    let many = json!(vec![json!({ "north_m": 0.0, "east_m": 0.0, "radius_m": 4.0 }); 33]);
     let table = format!(
         r#"
         .  {{}}  missing
@@ -197,10 +191,7 @@ async fn a_replaced_route_of_an_auv_survives_a_restart() {
     };
     assert!(!forecasts(&service.next_plan(&mission).await).contains(&json!("path")));
     let ends = [[90.0, -20.0], [20.0, -90.0]];
-    let (first, second) = (
-        route(&[[10.0, -20.0], ends[0]]),
-        route(&[[10.0, -20.0], [10.0, -90.0], ends[1]]),
-    );
+    let (first, second) = (route(&[[10.0, -20.0], ends[0]]), route(&[[10.0, -20.0], [10.0, -90.0], ends[1]]));
     for (k, path) in [&first, &second].into_iter().enumerate() {
         let paths = json!({ "paths": { "auv-1": path } });
         let changed = service.change(&mission, paths).await;
@@ -223,15 +214,10 @@ async fn a_replaced_route_of_an_auv_survives_a_restart() {
     service.finish(&mission).await;
     let events = service.events(&mission).await;
     let changes = events.iter().filter(|event| event["kind"] == "changed");
-    let replaced: Vec<_> = changes
-        .map(|event| event["replaced"]["paths"]["auv-1"].clone())
-        .collect();
+    let replaced: Vec<_> = changes.map(|event| event["replaced"]["paths"]["auv-1"].clone()).collect();
     let stored = |path: &Value| serde_json::from_value::<wire::DeclaredPath>(path.clone()).expect("is one");
     assert_eq!(replaced[0], Value::Null);
-    assert_eq!(
-        [&replaced[1], &replaced[2]].map(stored),
-        [&first, &second].map(stored)
-    );
+    assert_eq!([&replaced[1], &replaced[2]].map(stored), [&first, &second].map(stored));
     assert!(5 <= service.n_replayed(&mission));
 }
 
@@ -308,10 +294,9 @@ async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
     let replaced = json!({ "scenario_file": file("[2, 2, 2]"), "tuning": steps });
     assert_eq!(plan_of(replaced).await["plan_id"], tuned["plan_id"]);
     let numbers = with("parameters.estimate.gate = 9.2");
-    for (wrong, key) in [
-        (file("[1, 1]"), "surface_craft.tuning.steps_s"),
-        (numbers, "surface_craft.parameters"),
-    ] {
+    for (wrong, key) in
+        [(file("[1, 1]"), "surface_craft.tuning.steps_s"), (numbers, "surface_craft.parameters")]
+    {
         let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": wrong } });
         let refused = service.post("/v1/missions", &wrong).await;
         refused.must_be(422);

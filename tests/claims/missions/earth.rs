@@ -148,10 +148,7 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let changed = patch(&near).await.expected(200);
     assert_eq!(changed["setting"]["origin"], Value::Null);
     let scene = service.ask(&format!("{mission}/scene")).await;
-    for (origin, setting) in [
-        (&changed["origin"], &changed["setting"]),
-        (&scene["origin"], &scene),
-    ] {
+    for (origin, setting) in [(&changed["origin"], &changed["setting"]), (&scene["origin"], &scene)] {
         assert_eq!(*origin, near);
         is_near(&setting["keep_outs"][0]["north_m"], 0.001 * DEGREE_M, 0.01);
     }

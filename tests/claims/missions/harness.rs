@@ -39,12 +39,7 @@ impl Service {
         let clock = settings.clock.clone();
         let store = EventStore::open_with(data.path(), share, &clock).expect("opens");
         let (router, missions) = service::service(settings, store).await.expect("starts");
-        Self {
-            clock,
-            router,
-            missions,
-            data,
-        }
+        Self { clock, router, missions, data }
     }
 
     pub(super) async fn restart(self) -> Self {
@@ -53,10 +48,7 @@ impl Service {
         drop((self.router, self.missions));
         // Simulated time passes when the store's writer has ended.
         clock.sleep(Duration::from_millis(1)).await;
-        let settings = Settings {
-            clock,
-            ..simulated_machine()
-        };
+        let settings = Settings { clock, ..simulated_machine() };
         Self::start_in(settings, data, u64::MAX).await
     }
 
@@ -124,9 +116,7 @@ impl Service {
     }
 
     pub(crate) async fn order(&self, mission: &str, order: &str, body: Value) -> Value {
-        self.post(&format!("{mission}/{order}"), &body)
-            .await
-            .expected(200)
+        self.post(&format!("{mission}/{order}"), &body).await.expected(200)
     }
 
     /// Reports both AUVs and the surface craft of now.
@@ -179,13 +169,7 @@ impl Service {
                 &truth["distance_m"],
                 &event["reference"]["speed_mps"],
             ];
-            let expected = [
-                row.time,
-                position.x,
-                position.y,
-                craft.distance(),
-                craft.reference.speed,
-            ];
+            let expected = [row.time, position.x, position.y, craft.distance(), craft.reference.speed];
             assert_eq!(found.map(Value::as_f64), expected.map(Some));
             assert_eq!(event["outcome"], "ok");
         }
@@ -206,9 +190,7 @@ impl Service {
         let record = self.get(&format!("{mission}/record?format={format}")).await;
         record.must_be(200);
         let lines = record.text.lines();
-        lines
-            .map(|line| serde_json::from_str(line).expect("is JSON"))
-            .collect()
+        lines.map(|line| serde_json::from_str(line).expect("is JSON")).collect()
     }
 
     /// Every event of the mission.
@@ -233,13 +215,11 @@ pub(super) fn simulated(scenario: &str) -> Value {
 /// A scenario of a minute, as a client sends a whole one.
 pub(super) fn short_scenario() -> Value {
     let text = Scenario::text("paper-tracking").expect("exists");
-    let lines = text
-        .lines()
-        .map(|line| match line.split_once(" = ").map_or("", |(key, _)| key) {
-            "duration_s" => "duration_s = 60.0",
-            "settled_after_s" => "settled_after_s = 0.0",
-            _ => line,
-        });
+    let lines = text.lines().map(|line| match line.split_once(" = ").map_or("", |(key, _)| key) {
+        "duration_s" => "duration_s = 60.0",
+        "settled_after_s" => "settled_after_s = 0.0",
+        _ => line,
+    });
     let text = lines.collect::<Vec<_>>().join("\n");
     json!({ "schema_version": "1.0", "simulated": { "scenario_file": text, "seed": 3 } })
 }

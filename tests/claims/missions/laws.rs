@@ -5,12 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 
 /// The laws by name.
-const LAWS: [&str; 4] = [
-    "saturated_los",
-    "saturated_los_tracker_frame",
-    "integral_los",
-    "waypoint_box",
-];
+const LAWS: [&str; 4] = ["saturated_los", "saturated_los_tracker_frame", "integral_los", "waypoint_box"];
 
 const PLANS: &str = "events_ndjson&kinds=planned";
 
@@ -153,10 +148,8 @@ mod slow {
             // Same world and seed: the first plans differ by the law. An integral is zero at first.
             for (law, asc) in first.iter().filter(|(law, _)| **law != "integral_los") {
                 let same = first.iter().filter(|(_, other)| *other == asc);
-                let same: Vec<_> = same
-                    .map(|(other, _)| *other)
-                    .filter(|other| *other != "integral_los")
-                    .collect();
+                let same: Vec<_> =
+                    same.map(|(other, _)| *other).filter(|other| *other != "integral_los").collect();
                 assert_eq!(same, [*law], "{scenario}");
             }
         }

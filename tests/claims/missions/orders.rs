@@ -29,10 +29,7 @@ impl Service {
 }
 
 fn actions(orders: &[Value]) -> Vec<&str> {
-    orders
-        .iter()
-        .map(|order| order["action"].as_str().expect("is a word"))
-        .collect()
+    orders.iter().map(|order| order["action"].as_str().expect("is a word")).collect()
 }
 
 #[tokio::test(start_paused = true)]

@@ -20,29 +20,18 @@ async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place()
     let note = |t_s: f64, length: usize| json!({ "t_s": t_s, "text": "x".repeat(length) });
     body["notes"] = json!([note(5.0, 3), note(now, 501)]);
     let post = async |body: &Value| service.post(&format!("{mission}/reports"), body).await;
-    let mut pointers: Vec<_> = post(&body)
-        .await
-        .faults()
-        .into_iter()
-        .map(|(pointer, _)| pointer)
-        .collect();
+    let mut pointers: Vec<_> = post(&body).await.faults().into_iter().map(|(pointer, _)| pointer).collect();
     pointers.sort();
     let expected = "/asc/0/current/north_mps /asc/0/state/speed_mps /asc/0/t_s /auvs/auv-1/0/north_m \
         /auvs/auv-2/0/sigma_m /auvs/a~1b /notes/0/t_s /notes/1/text";
     assert_eq!(pointers.join(" "), expected);
     let ahead = json!({ "auvs": { "auv-1": [fix(now + 1000.0, 0.0, 0.0)] } });
-    assert_eq!(
-        post(&ahead).await.faults(),
-        fault("/auvs/auv-1/0/t_s", "out_of_range")
-    );
+    assert_eq!(post(&ahead).await.faults(), fault("/auvs/auv-1/0/t_s", "out_of_range"));
     let others: serde_json::Map<String, Value> = (0..1000).map(|k| (k.to_string(), json!([]))).collect();
     for (body, code) in [
         (json!({}), "missing"),
         (json!({ "received_s": now }), "missing"),
-        (
-            json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } }),
-            "too_long",
-        ),
+        (json!({ "auvs": { "auv-1": vec![fix(now, 0.0, 0.0); 65] } }), "too_long"),
         (json!({ "auvs": others }), "too_long"),
     ] {
         assert_eq!(post(&body).await.faults()[0].1, code);
@@ -50,9 +39,7 @@ async fn reports_without_an_acceptable_one_are_refused_with_each_fault_s_place()
     // A map would keep one of two equal names.
     let fix = fix(now, 0.0, 0.0);
     let twice = format!(r#"{{"auvs":{{"auv-1":[{fix}],"auv-1":[{fix}]}}}}"#);
-    let refused = service
-        .send(tests::client::post(&format!("{mission}/reports"), twice))
-        .await;
+    let refused = service.send(tests::client::post(&format!("{mission}/reports"), twice)).await;
     assert_eq!(refused.faults(), fault("/auvs/auv-1", "duplicate_field"));
     assert_eq!(service.ask(&mission).await["sequence"], 1);
 }
@@ -74,12 +61,7 @@ async fn a_rejected_report_affects_no_other() {
     let mut rejected = accepted["rejected"].as_array().expect("a list").clone();
     rejected.sort_by_key(|error| error["pointer"].to_string());
     let pointers: Vec<_> = rejected.iter().map(|error| &error["pointer"]).collect();
-    let expected = [
-        "/auvs/auv-1/0/sigma_m",
-        "/auvs/auv-1/1/north_m",
-        "/auvs/auv-9",
-        "/notes/0/text",
-    ];
+    let expected = ["/auvs/auv-1/0/sigma_m", "/auvs/auv-1/1/north_m", "/auvs/auv-9", "/notes/0/text"];
     assert_eq!(pointers, expected);
     let sigma = &rejected[0];
     let fault = json!([sigma["given"], sigma["code"]]);

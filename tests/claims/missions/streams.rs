@@ -20,10 +20,7 @@ impl Stream {
     async fn of(service: &Service, request: Request<Body>) -> Self {
         let answer = service.router.clone().oneshot(request).await.expect("answers");
         assert_eq!(answer.status(), 200);
-        Self {
-            pieces: answer.into_body().into_data_stream(),
-            text: String::new(),
-        }
+        Self { pieces: answer.into_body().into_data_stream(), text: String::new() }
     }
 
     /// Reads until the event of that number has come, or to the end.

@@ -59,19 +59,11 @@ fn straight(tangent: f64) -> Path {
 }
 
 fn beside(tangent: f64, starboard: f64) -> Ideal {
-    Ideal {
-        position: direction(tangent + FRAC_PI_2) * starboard,
-        psi: tangent,
-        gamma: 0.0,
-    }
+    Ideal { position: direction(tangent + FRAC_PI_2) * starboard, psi: tangent, gamma: 0.0 }
 }
 
 fn settled_world(seconds: u32) -> World {
-    let mut world = Scenario::named("paper-path-following")
-        .expect("exists")
-        .start(1)
-        .expect("valid")
-        .world;
+    let mut world = Scenario::named("paper-path-following").expect("exists").start(1).expect("valid").world;
     for _ in 0..seconds * 10 {
         world.step(None);
     }
@@ -101,17 +93,12 @@ fn eq_8_and_30_a_speed_profile_belongs_to_the_path_and_its_speed_is_along_the_bo
     let auv = &settled_world(60).auvs[0];
     assert_eq!(auv.leg, Leg::Down);
     assert!((auv.state[5] - auv.speed.at(auv.gamma)).abs() < 1e-3);
-    assert!(
-        (auv.horizontal_speed() - U_H).abs() < 2e-3,
-        "0.193 m/s over ground, not 0.3"
-    );
+    assert!((auv.horizontal_speed() - U_H).abs() < 2e-3, "0.193 m/s over ground, not 0.3");
 }
 
 #[test]
 fn eq_9_the_point_s_speed_is_a_length_and_equals_gamma_s_rate_on_arc_length() {
-    let path = Path::starting_at(Vector2::zeros(), 0.7)
-        .line(10.0)
-        .arc(Side::Port, 10.0, PI);
+    let path = Path::starting_at(Vector2::zeros(), 0.7).line(10.0).arc(Side::Port, 10.0, PI);
     let (rate, h) = (0.2, 1e-4);
     for gamma in [5.0, 20.0, 35.0] {
         let velocity = (path.at(gamma + rate * h).position - path.at(gamma - rate * h).position) / (2.0 * h);
@@ -132,10 +119,7 @@ fn eq_17_dots_in_time_lose_the_curvature_of_a_point_that_stops_and_its_sign_when
         slope.perp(&bend) / slope.norm().powi(3)
     };
     assert!(in_time(0.0).is_nan());
-    assert!(
-        (in_time(-2.0) + 0.1).abs() < 1e-4,
-        "backwards, the arc to starboard bends to port"
-    );
+    assert!((in_time(-2.0) + 0.1).abs() < 1e-4, "backwards, the arc to starboard bends to port");
     assert_eq!(path.at(15.0).curvature, 0.1);
 }
 
@@ -155,10 +139,7 @@ fn eq_19_without_the_cosine_of_pitch_the_vehicle_trails_its_point() {
 
 #[test]
 fn condition_iv_1_an_approach_angle_that_vanishes_everywhere_hardly_approaches() {
-    let no_approach = PathFollowingGains {
-        theta_a: 0.0,
-        ..GAINS
-    };
+    let no_approach = PathFollowingGains { theta_a: 0.0, ..GAINS };
     let printed =
         |error: &PathError, point: &PathPoint, _: f64| follow_path(error, point.curvature, U_H, &no_approach);
     let path = straight(0.0);
@@ -173,11 +154,7 @@ fn condition_iv_1_an_approach_angle_that_vanishes_everywhere_hardly_approaches()
 
 #[test]
 fn eq_23_on_an_arc_the_heading_turns_while_its_error_rests() {
-    let mut world = Scenario::named("paper-path-following")
-        .expect("exists")
-        .start(1)
-        .expect("valid")
-        .world;
+    let mut world = Scenario::named("paper-path-following").expect("exists").start(1).expect("valid").world;
     let mut on_arc = 0;
     for _ in 0..9000 {
         world.step(None);
@@ -195,10 +172,7 @@ fn eq_23_on_an_arc_the_heading_turns_while_its_error_rests() {
         if curvature != 0.0 && error.psi_e.abs() < 1e-3 && right_hand_side.abs() < 1e-4 {
             on_arc += 1;
             assert!((error_rate - right_hand_side).abs() < 2e-3);
-            assert!(
-                (psi_rate - right_hand_side).abs() > 0.01,
-                "printed: the heading would stand still"
-            );
+            assert!((psi_rate - right_hand_side).abs() > 0.01, "printed: the heading would stand still");
         }
     }
     assert!(on_arc > 100, "{on_arc}");
@@ -216,23 +190,12 @@ fn lyapunov_rate(path: &Path, start: Ideal) -> (f64, PathError, f64) {
     end.follow(path, h, projects);
     let (before, after) = (start.error(path), end.error(path));
     let psi_tilde = |error: &PathError| error.psi_e - GAINS.approach_angle(error.y_1);
-    (
-        (lyapunov(&after) - lyapunov(&before)) / h,
-        before,
-        (psi_tilde(&after) - psi_tilde(&before)) / h,
-    )
+    ((lyapunov(&after) - lyapunov(&before)) / h, before, (psi_tilde(&after) - psi_tilde(&before)) / h)
 }
 
 fn off_a_curved_path() -> (Path, Ideal) {
     let path = Path::starting_at(Vector2::zeros(), 0.0).arc(Side::Starboard, 10.0, PI);
-    (
-        path,
-        Ideal {
-            position: Vector2::new(6.0, 1.0),
-            psi: -0.5,
-            gamma: 5.0,
-        },
-    )
+    (path, Ideal { position: Vector2::new(6.0, 1.0), psi: -0.5, gamma: 5.0 })
 }
 
 #[test]
@@ -265,10 +228,7 @@ fn eq_27_the_term_outside_is_the_approach_s_else_the_drift_counts_twice() {
         * (psi_tilde_rate + GAINS.k_2 * error.y_1 * U_H * sine_quotient(error.psi_e, delta));
     let outside = |angle: f64| error.y_1 * U_H * f64::sin(angle);
     assert!((rate - (along + outside(delta) + bracket)).abs() < 1e-3);
-    assert!(
-        (rate - (along + outside(error.psi_e) + bracket)).abs() > 0.1,
-        "printed"
-    );
+    assert!((rate - (along + outside(error.psi_e) + bracket)).abs() > 0.1, "printed");
 }
 
 #[test]
@@ -295,11 +255,7 @@ fn eq_28_and_31_the_quotient_has_a_limit_at_the_printed_zero_by_zero() {
     let printed = (delta.sin() - delta.sin()) / (delta - delta);
     assert!(printed.is_nan());
     assert!((sine_quotient(delta, delta) - delta.cos()).abs() < 1e-15);
-    let error = PathError {
-        s_1: 0.0,
-        y_1: 0.5,
-        psi_e: delta,
-    };
+    let error = PathError { s_1: 0.0, y_1: 0.5, psi_e: delta };
     assert!(follow_path(&error, 0.0, U_H, &GAINS).heading_rate.is_finite());
 }
 

@@ -12,27 +12,17 @@ use planner::{
 };
 use tests::{auv, both, observation, snapshot};
 
-const GAINS: LosGains = LosGains {
-    look_ahead: 5.0,
-    along_track_gain: 0.1,
-};
+const GAINS: LosGains = LosGains { look_ahead: 5.0, along_track_gain: 0.1 };
 /// Horizontal speed of the target, m/s.
 const U_D: f64 = 0.193;
 
 fn target(time: f64, course: f64) -> Motion {
     let velocity = direction(course) * U_D;
-    Motion {
-        position: velocity * time,
-        velocity,
-    }
+    Motion { position: velocity * time, velocity }
 }
 
 fn projects(position: Vector2<f64>, target: &Motion, current: Vector2<f64>) -> Reference {
-    let asc = AscNow {
-        position,
-        heading: Heading::new(0.0),
-        current,
-    };
+    let asc = AscNow { position, heading: Heading::new(0.0), current };
     saturated_los(&asc, target, Course::of(&target.velocity), GAINS, &Limits::MEDUSA)
 }
 
@@ -66,23 +56,13 @@ fn eqs_34_to_38_the_frame_is_the_target_s_and_its_rotation_is_transposed() {
     let corrected = in_frame(psi_d, position, &still);
     assert!((corrected - Vector2::new(-10.0, 0.0)).norm() < 1e-12);
     let printed_36 = ned_from_body(psi_d) * position;
-    assert!(
-        (printed_36 - Vector2::new(10.0, 0.0)).norm() < 1e-12,
-        "behind becomes ahead"
-    );
+    assert!((printed_36 - Vector2::new(10.0, 0.0)).norm() < 1e-12, "behind becomes ahead");
     let by_own_heading = in_frame(PI, position, &still);
-    assert!(
-        (by_own_heading - Vector2::new(0.0, 10.0)).norm() < 1e-12,
-        "behind becomes abreast"
-    );
+    assert!((by_own_heading - Vector2::new(0.0, 10.0)).norm() < 1e-12, "behind becomes abreast");
 
     // The project's law is ten metres behind: straight on, faster by k₃ · 10 m.
     for own_heading in [0.0, 1.0, PI] {
-        let asc = AscNow {
-            position,
-            heading: Heading::new(own_heading),
-            current: Vector2::zeros(),
-        };
+        let asc = AscNow { position, heading: Heading::new(own_heading), current: Vector2::zeros() };
         let reference = saturated_los(&asc, &still, Course::new(psi_d), GAINS, &Limits::MEDUSA);
         assert!((reference.heading.radians() - psi_d).abs() < 1e-12);
         assert!((reference.speed - (U_D + 1.0)).abs() < 1e-12);
@@ -127,14 +107,10 @@ fn eqs_44_to_48_each_frame_has_its_own_error_rates() {
     };
     let chi_r = chi - psi_d;
     let in_target = in_frame(psi_d, craft(0.0), &motion(0.0));
-    let printed = Vector2::new(
-        r_d * in_target.y + u - U_D * chi_r.cos(),
-        -r_d * in_target.x + U_D * chi_r.sin(),
-    );
-    let corrected = Vector2::new(
-        r_d * in_target.y + u * chi_r.cos() - U_D,
-        -r_d * in_target.x + u * chi_r.sin(),
-    );
+    let printed =
+        Vector2::new(r_d * in_target.y + u - U_D * chi_r.cos(), -r_d * in_target.x + U_D * chi_r.sin());
+    let corrected =
+        Vector2::new(r_d * in_target.y + u * chi_r.cos() - U_D, -r_d * in_target.x + u * chi_r.sin());
     let measured = rate(&|t| psi_d + r_d * t);
     assert!((measured - corrected).norm() < 1e-7);
     assert!((measured - printed).norm() > 0.1);
@@ -152,10 +128,7 @@ fn eq_48_convergence_is_asymptotic() {
         distance_after(seconds, Vector2::new(-5.0, 0.0), 0.0, Vector2::zeros(), law)
     };
     let (first, second) = (distance(60) / distance(30), distance(90) / distance(60));
-    assert!(
-        (first - second).abs() < 1e-6 && distance(90) > 0.0,
-        "no finite time, as printed"
-    );
+    assert!((first - second).abs() < 1e-6 && distance(90) > 0.0, "no finite time, as printed");
     // e^(−k₃ · 30 s), up to the step's share.
     assert!((first - (-3.0_f64).exp()).abs() < 1e-3);
 }
@@ -174,30 +147,15 @@ fn eq_45_in_the_target_s_frame_the_printed_speed_lets_the_error_grow() {
 
     // In the tracker's frame, turned by the law's course, the printed speed reduces it as proved.
     let (start, target) = (Vector2::new(s, e), target(0.0, 0.0));
-    let asc = AscNow {
-        position: start,
-        heading: Heading::new(0.0),
-        current: Vector2::zeros(),
-    };
-    let gains = LosGains {
-        look_ahead: delta,
-        along_track_gain: k_3,
-    };
-    let reference = saturated_los_tracker_frame(
-        &asc,
-        &target,
-        Course::of(&target.velocity),
-        gains,
-        &Limits::MEDUSA,
-    );
+    let asc = AscNow { position: start, heading: Heading::new(0.0), current: Vector2::zeros() };
+    let gains = LosGains { look_ahead: delta, along_track_gain: k_3 };
+    let reference =
+        saturated_los_tracker_frame(&asc, &target, Course::of(&target.velocity), gains, &Limits::MEDUSA);
     let velocity = reference.heading.unit() * reference.speed;
     let own = in_frame(reference.heading.radians(), start, &target);
     let proved = -k_3 * own.x * own.x - U_D * own.y * own.y / own.y.hypot(delta);
     let rate = start.dot(&(velocity - target.velocity));
-    assert!(
-        (rate - proved).abs() < 1e-12 && proved < 0.0,
-        "{rate} and {proved}"
-    );
+    assert!((rate - proved).abs() < 1e-12 && proved < 0.0, "{rate} and {proved}");
 
     // The saturated law keeps the printed speed and still converges: only its proof is lost.
     let law = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
@@ -218,11 +176,7 @@ fn printed_los(asc: &AscNow, target: &Motion) -> Reference {
     let chi_r = (-errors.y / GAINS.look_ahead).atan();
     let unlimited = target.velocity.norm() * chi_r.cos() + GAINS.along_track_gain * errors.x;
     Reference {
-        speed: if unlimited <= 0.0 {
-            limits.speed_min
-        } else {
-            unlimited.min(limits.speed_max)
-        },
+        speed: if unlimited <= 0.0 { limits.speed_min } else { unlimited.min(limits.speed_max) },
         heading: Heading::new(psi_d + chi_r),
     }
 }
@@ -230,20 +184,14 @@ fn printed_los(asc: &AscNow, target: &Motion) -> Reference {
 #[test]
 fn eq_49_the_printed_sign_runs_away() {
     let printed = |position: Vector2<f64>, target: &Motion| {
-        let asc = AscNow {
-            position,
-            heading: Heading::new(0.0),
-            current: Vector2::zeros(),
-        };
+        let asc = AscNow { position, heading: Heading::new(0.0), current: Vector2::zeros() };
         printed_los(&asc, target)
     };
     let corrected = |position: Vector2<f64>, target: &Motion| projects(position, target, Vector2::zeros());
     let calm = Vector2::zeros();
     let behind = Vector2::new(-20.0, 2.0);
-    let (off, on) = (
-        distance_after(300, behind, 0.0, calm, printed),
-        distance_after(300, behind, 0.0, calm, corrected),
-    );
+    let (off, on) =
+        (distance_after(300, behind, 0.0, calm, printed), distance_after(300, behind, 0.0, calm, corrected));
     println!("(49) after 300 s from 20 m behind: printed {off:.1} m, corrected {on:.4} m");
     assert!(off > 50.0);
     assert!(on < 0.01);
@@ -259,27 +207,17 @@ fn eq_49_the_printed_sign_runs_away() {
 #[test]
 fn eq_50_exactly_one_vehicle_is_followed_at_the_hand_over() {
     let dwell = 240.0;
-    let claimed = |t: f64| {
-        (0..4)
-            .filter(|k| (f64::from(*k) * dwell..=f64::from(k + 1) * dwell).contains(&t))
-            .count()
-    };
+    let claimed =
+        |t: f64| (0..4).filter(|k| (f64::from(*k) * dwell..=f64::from(k + 1) * dwell).contains(&t)).count();
     assert_eq!(claimed(240.0), 2, "closed intervals: both vehicles at once");
 
     let followed_at = |time: f64| {
-        let mut seen = observation(Goal::Intermittent {
-            auvs: both(),
-            dwell_s: dwell,
-            epoch_s: 0.0,
-        });
+        let mut seen = observation(Goal::Intermittent { auvs: both(), dwell_s: dwell, epoch_s: 0.0 });
         seen.t_s = time;
         let now = GoalForecast::new(&snapshot(seen)).at(0.0).position;
         if now.y < 30.0 { 1 } else { 2 }
     };
-    assert_eq!(
-        [0.0, 239.9, 240.0, 479.9, 480.0].map(followed_at),
-        [1, 1, 2, 2, 1]
-    );
+    assert_eq!([0.0, 239.9, 240.0, 479.9, 480.0].map(followed_at), [1, 1, 2, 2, 1]);
 }
 
 #[test]

@@ -18,10 +18,7 @@ fn eq_1_a_craft_that_heads_east_goes_east() {
     let (sin, cos) = FRAC_PI_2.sin_cos();
     let body_from_ned = Matrix2::new(cos, sin, -sin, cos);
     let printed = body_from_ned * velocity;
-    assert!(
-        (printed - Vector2::new(0.0, -1.0)).norm() < 1e-12,
-        "as described, it goes west"
-    );
+    assert!((printed - Vector2::new(0.0, -1.0)).norm() < 1e-12, "as described, it goes west");
 
     let calm = Vector2::zeros();
     let state = CRAFT.cruising(&calm, FRAC_PI_2, 1.0);
@@ -41,10 +38,7 @@ fn eq_3_a_pitched_vehicle_turns_faster_than_its_yaw_rate_and_changes_depth() {
     let turned = attitude * Rotation3::new(Vector3::new(0.0, 0.0, r * h));
     let heading_rate = (turned.euler_angles().2 - psi) / h;
     let printed = r;
-    assert!(
-        heading_rate / printed > 1.5,
-        "cos 50° leaves the printed rate a third short"
-    );
+    assert!(heading_rate / printed > 1.5, "cos 50° leaves the printed rate a third short");
     assert!((slope[4] - heading_rate).abs() < 1e-6);
 
     let over_ground = attitude * Vector3::new(u, 0.0, 0.0);
@@ -71,16 +65,8 @@ fn eq_5_the_printed_sway_sign_creates_energy() {
         let (u, v, r) = (velocity.x, velocity.y, velocity.z);
         Vector3::new(m_v * v * r / m_u, m_u * u * r / m_v, (m_u - m_v) * u * v / m_r)
     });
-    let none = Drag {
-        linear: 0.0,
-        quadratic: 0.0,
-    };
-    let frictionless = SurfaceHull {
-        drag_surge: none,
-        drag_sway: none,
-        drag_yaw: none,
-        ..CRAFT
-    };
+    let none = Drag { linear: 0.0, quadratic: 0.0 };
+    let frictionless = SurfaceHull { drag_surge: none, drag_sway: none, drag_yaw: none, ..CRAFT };
     let corrected = energy_gain(|velocity| frictionless.acceleration(velocity, SurfaceInput::default()));
     println!("largest energy without drag: printed ×{printed:.2}, corrected ×{corrected:.9}");
     assert!(printed > 1.2);
@@ -91,9 +77,7 @@ fn eq_5_the_printed_sway_sign_creates_energy() {
 fn steady_speed(thrust: f64, resistance: impl Fn(f64) -> f64) -> f64 {
     let mut speed = nalgebra::Vector1::new(0.0);
     for _ in 0..3000 {
-        speed = rk4(&speed, 0.1, |u| {
-            nalgebra::Vector1::new((thrust - resistance(u.x)) / CRAFT.mass_surge)
-        });
+        speed = rk4(&speed, 0.1, |u| nalgebra::Vector1::new((thrust - resistance(u.x)) / CRAFT.mass_surge));
     }
     speed.x
 }
@@ -128,10 +112,7 @@ fn eq_6_a_restoring_term_without_the_pitch_tumbles_the_vehicle() {
         end[3]
     };
     let printed = pitch_after_a_minute(0.0, Some(AUV.restoring_moment));
-    assert!(
-        printed.abs() > 6.0,
-        "a level vehicle is turned over: {printed} rad"
-    );
+    assert!(printed.abs() > 6.0, "a level vehicle is turned over: {printed} rad");
     assert!(pitch_after_a_minute(0.0, None).abs() < 1e-12);
     assert!(pitch_after_a_minute(0.8, None).abs() < 1e-3);
 }

@@ -51,10 +51,7 @@ mod tests {
             let expected = by_angle.hypot(by_depth).max(across);
             let vector = intersect(&unit(elevation, 0.0), 20.0).expect("is steep");
             let sigma = intersection_sigma(&vector, sigma_e, sigma_z);
-            assert!(
-                (sigma / expected - 1.0).abs() < 1e-4,
-                "{elevation}: {sigma} and {expected}"
-            );
+            assert!((sigma / expected - 1.0).abs() < 1e-4, "{elevation}: {sigma} and {expected}");
         }
     }
 

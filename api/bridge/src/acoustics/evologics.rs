@@ -63,11 +63,7 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observat
             Frame::Body => (Axes::Transducer, line_of_sight(-value(3)?, value(4)?)),
             Frame::Earth => (Axes::Magnetic, line_of_sight(FRAC_PI_2 - value(5)?, value(6)?)),
         };
-        let location = Location::Direction {
-            axes,
-            unit,
-            sigma_rad: sigma.ok_or(NO_POSITION)?,
-        };
+        let location = Location::Direction { axes, unit, sigma_rad: sigma.ok_or(NO_POSITION)? };
         return Ok(Observation::new(address, time, location));
     }
     let travel = optional(fields[12])?.map(|time| time * S_PER_US);
@@ -156,9 +152,7 @@ mod tests {
         let turned = turned(ANGLES, 7, local);
         // Four printed decimals of each angle.
         assert!((turned - enu).norm() < 2e-4, "{turned} and {enu}");
-        let Location::Direction { sigma_rad, .. } = observation.location else {
-            panic!("is a direction")
-        };
+        let Location::Direction { sigma_rad, .. } = observation.location else { panic!("is a direction") };
         assert!((sigma_rad - 0.0114).abs() < 1e-12);
     }
 

@@ -118,11 +118,7 @@ impl Georeference {
         let auv = name.unwrap_or_else(|| format!("usbl-{}", observation.address));
         let (t_s, position, depth_m, sigma_m) = match observation.location {
             Location::Geographic(position) => (self.times(observation, 0.0).1, position, None, None),
-            Location::Vector {
-                axes,
-                vector,
-                has_depth,
-            } => {
+            Location::Vector { axes, vector, has_depth } => {
                 let (arrival_s, t_s) = self.times(observation, vector.norm());
                 let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
                 let sight = self.ned_from(axes, mounting, &pose) * vector;
@@ -130,11 +126,7 @@ impl Georeference {
                 let depth = transducer.filter(|_| has_depth).map(|depth| depth + sight.z);
                 (t_s, place(mounting, &pose, &sight)?, depth, None)
             }
-            Location::Direction {
-                axes,
-                unit,
-                sigma_rad,
-            } => {
+            Location::Direction { axes, unit, sigma_rad } => {
                 let (arrival_s, _) = self.times(observation, 0.0);
                 let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
                 let direction = self.ned_from(axes, mounting, &pose) * unit;
@@ -145,12 +137,7 @@ impl Georeference {
                 let sight = intersect(&direction, known.depth_m - transducer)?;
                 let sigma = intersection_sigma(&sight, sigma_rad, known.sigma_m);
                 let (_, t_s) = self.times(observation, sight.norm());
-                (
-                    t_s,
-                    place(mounting, &pose, &sight)?,
-                    Some(known.depth_m),
-                    Some(sigma),
-                )
+                (t_s, place(mounting, &pose, &sight)?, Some(known.depth_m), Some(sigma))
             }
         };
         check_clock(t_s, received_s)?;
@@ -159,14 +146,7 @@ impl Georeference {
         let (sigma_m, depth_m) = (stated.or(self.sigma_m), observation.depth_m.or(depth_m));
         let is_plausible = |metres: Option<f64>| metres.is_none_or(|metres| metres.abs() <= REACH_M);
         reject_if(!is_plausible(sigma_m) || !is_plausible(depth_m), TOO_FAR)?;
-        Ok(AuvFix {
-            auv,
-            t_s,
-            position,
-            sigma_m,
-            depth_m,
-            ground_velocity: None,
-        })
+        Ok(AuvFix { auv, t_s, position, sigma_m, depth_m, ground_velocity: None })
     }
 
     /// Times of arrival and sending of a signal from an AUV at `distance`, m.

@@ -33,11 +33,7 @@ impl Mounting {
 
     /// Roll, pitch and heading of the transducer in the craft, rad.
     pub(super) fn angles(&self) -> [f64; 3] {
-        [
-            self.roll_offset_rad,
-            self.pitch_offset_rad,
-            self.heading_offset_rad,
-        ]
+        [self.roll_offset_rad, self.pitch_offset_rad, self.heading_offset_rad]
     }
 
     pub(super) fn craft_from_transducer(&self) -> Rotation3<f64> {

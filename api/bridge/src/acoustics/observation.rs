@@ -87,11 +87,7 @@ impl Observation {
 
 impl Location {
     pub(super) fn vector(axes: Axes, vector: Vector3<f64>) -> Self {
-        Self::Vector {
-            axes,
-            vector,
-            has_depth: true,
-        }
+        Self::Vector { axes, vector, has_depth: true }
     }
 
     pub(super) fn geographic(lat_deg: f64, lon_deg: f64) -> Parsed<Self> {

@@ -162,14 +162,10 @@ impl Fields<'_> {
 fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
     let error = |says: String| Err(UnusableSettings(says));
     let two_positions = |first: &str, second: &str| {
-        error(format!(
-            "the pattern has positions of two kinds, with {first:?} and with {second:?}"
-        ))
+        error(format!("the pattern has positions of two kinds, with {first:?} and with {second:?}"))
     };
     let lacks = |given: &str, missing: &str| {
-        error(format!(
-            "the pattern has the group {given:?} and lacks {missing:?}"
-        ))
+        error(format!("the pattern has the group {given:?} and lacks {missing:?}"))
     };
     let mut found: Option<(Form, &'static str)> = None;
     for (form, needed) in FORMS {
@@ -202,10 +198,7 @@ mod tests {
     use super::*;
 
     fn names(addresses: &[&str]) -> BTreeMap<String, String> {
-        addresses
-            .iter()
-            .map(|address| ((*address).to_owned(), format!("auv-{address}")))
-            .collect()
+        addresses.iter().map(|address| ((*address).to_owned(), format!("auv-{address}"))).collect()
     }
 
     const NORTH: &str =
@@ -220,19 +213,14 @@ mod tests {
             (r"(?<id>\d)(?<lat_deg>.)", "lacks \"lon_deg\""),
             (r"(?<id>\d)(?<forward_m>.)(?<starboard_m>.)", "lacks \"down_m\""),
             (r"(?<id>\d)(?<range_m>.)(?<bearing_deg>.)", "lacks \"elevation"),
-            (
-                &format!(r"(?<id>\d){place}(?<north_m>.)(?<east_m>.)"),
-                "two kinds",
-            ),
+            (&format!(r"(?<id>\d){place}(?<north_m>.)(?<east_m>.)"), "two kinds"),
             (&format!(r"(?<id>\d){place}(?<down_m>.)"), "two kinds"),
             (r"(?<id>\d)(?<down_m>.)", "no position"),
             (place, "names has 0 entries"),
             (r"(?<id>\d", "not usable"),
             (&huge, "size limit"),
         ] {
-            let error = Pattern::new(pattern, &names(&[]))
-                .expect_err("is invalid")
-                .to_string();
+            let error = Pattern::new(pattern, &names(&[])).expect_err("is invalid").to_string();
             assert!(error.contains(named), "{pattern}: {error}");
         }
         let two = Pattern::new(place, &names(&["1", "2"])).expect_err("is ambiguous");
@@ -242,25 +230,18 @@ mod tests {
     #[test]
     fn fields_are_read_and_optional_ones_may_be_absent() {
         let pattern = Pattern::new(NORTH, &names(&[])).expect("makes sense");
-        for (line, time_s, down, has_depth) in [
-            ("7:1.5,-2,30 age 0.25", 99.75, 30.0, true),
-            ("7:1.5,-2", 100.0, 0.0, false),
-        ] {
+        for (line, time_s, down, has_depth) in
+            [("7:1.5,-2,30 age 0.25", 99.75, 30.0, true), ("7:1.5,-2", 100.0, 0.0, false)]
+        {
             let observation = pattern.read(line, 100.0).expect("matches");
-            let location = Location::Vector {
-                axes: Axes::North,
-                vector: Vector3::new(1.5, -2.0, down),
-                has_depth,
-            };
+            let location =
+                Location::Vector { axes: Axes::North, vector: Vector3::new(1.5, -2.0, down), has_depth };
             let expected = Observation::new("7".to_owned(), SignalTime::Arrived(time_s), location);
             assert_eq!(observation, expected);
         }
-        for (line, reason) in [
-            ("seven:1,2", NO_MATCH),
-            ("7:1,x", NUMBER),
-            ("7:1,inf", NUMBER),
-            ("7:1,2 age -1", NEGATIVE),
-        ] {
+        for (line, reason) in
+            [("seven:1,2", NO_MATCH), ("7:1,x", NUMBER), ("7:1,inf", NUMBER), ("7:1,2 age -1", NEGATIVE)]
+        {
             assert_eq!(pattern.read(line, 0.0), Err(reason), "{line}");
         }
     }

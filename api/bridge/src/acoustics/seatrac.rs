@@ -92,11 +92,7 @@ fn message(line: &str) -> Parsed<Vec<u8>> {
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| {
         (0..u8::BITS).fold(crc ^ u16::from(*byte), |crc, _| {
-            if crc & 1 == 1 {
-                crc >> 1 ^ CRC_POLYNOMIAL
-            } else {
-                crc >> 1
-            }
+            if crc & 1 == 1 { crc >> 1 ^ CRC_POLYNOMIAL } else { crc >> 1 }
         })
     })
 }
@@ -210,9 +206,7 @@ mod tests {
             let depth_m = (frame == Frame::Earth).then_some(25.7);
             let depth = observation.depth_m.map(|depth| (depth * 10.0).round() / 10.0);
             assert_eq!(depth, depth_m);
-            let Location::Vector { vector, .. } = observation.location else {
-                panic!("is a vector")
-            };
+            let Location::Vector { vector, .. } = observation.location else { panic!("is a vector") };
             assert!((vector - expected).norm() < 1e-9, "{vector}");
         }
     }
@@ -239,12 +233,7 @@ mod tests {
         assert!(with_flags(POSITION_VALID, 23).is_ok());
         message[2] = 0;
         assert_eq!(read(&line(&message), Frame::Earth, 0.0), Err(ADDRESS));
-        for (text, reason) in [
-            ("$", TOO_SHORT),
-            ("$4", NOT_HEX),
-            ("$4x", NOT_HEX),
-            ("#42", OTHER),
-        ] {
+        for (text, reason) in [("$", TOO_SHORT), ("$4", NOT_HEX), ("$4x", NOT_HEX), ("#42", OTHER)] {
             assert_eq!(read(text, Frame::Earth, 0.0), Err(reason), "{text}");
         }
     }

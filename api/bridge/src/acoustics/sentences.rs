@@ -97,11 +97,7 @@ fn apos(fields: &[&str], received_s: f64) -> Parsed<Observation> {
     };
     reject_if(travel.is_some_and(|travel| travel < 0.0), NUMBER)?;
     let time = SignalTime::Arrived(time_near(time, received_s)?);
-    let location = Location::Vector {
-        axes,
-        vector,
-        has_depth: depth.is_some(),
-    };
+    let location = Location::Vector { axes, vector, has_depth: depth.is_some() };
     Ok(Observation {
         travel_s: travel,
         sigma_m: optional(accuracy)?,
@@ -140,18 +136,10 @@ mod tests {
         // jrenken/udp4all, src/ranger2gapsprocessor.cpp, and GSO-soslab/whoi_ds.
         let beacon = "$PSONLLD,133707.52,2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,*2A";
         let found = read(beacon, at(13.0, 37.0, 8.5)).expect("is published");
-        assert_eq!(
-            (&*found.address, found.sigma_m, found.depth_m),
-            ("2401", Some(5.33), Some(999.916))
-        );
-        let SignalTime::Sent(sent_s) = found.time else {
-            panic!("says when")
-        };
+        assert_eq!((&*found.address, found.sigma_m, found.depth_m), ("2401", Some(5.33), Some(999.916)));
+        let SignalTime::Sent(sent_s) = found.time else { panic!("says when") };
         assert!((sent_s - at(13.0, 37.0, 7.52)).abs() < 1e-6);
-        assert_eq!(
-            Ok(found.location),
-            Location::geographic(51.331_540_6, -0.835_639_75)
-        );
+        assert_eq!(Ok(found.location), Location::geographic(51.331_540_6, -0.835_639_75));
 
         let alvin =
             "$PSONLLD,170004.53,ALVIN 914,A,28.8114807,-87.80925696,1951.156,13.96,13.96,0.00,2.62,,,,*6F";
@@ -193,15 +181,9 @@ mod tests {
             ("130000 ", 0.0, -39_600.0),
             ("", 0.0, 0.0),
         ] {
-            assert_eq!(
-                time_near(text, MIDNIGHT_S + received),
-                Ok(MIDNIGHT_S + after_s),
-                "{text}"
-            );
+            assert_eq!(time_near(text, MIDNIGHT_S + received), Ok(MIDNIGHT_S + after_s), "{text}");
         }
-        for text in [
-            "1200", "12345", "1.2000", "24000000", "126000.0", "12-100", "1200é0", "120000.x",
-        ] {
+        for text in ["1200", "12345", "1.2000", "24000000", "126000.0", "12-100", "1200é0", "120000.x"] {
             assert_eq!(time_near(text, MIDNIGHT_S), Err(NUMBER), "{text}");
         }
     }
@@ -212,15 +194,9 @@ mod tests {
         let time = SignalTime::Sent(MIDNIGHT_S);
         assert_eq!((ranger.time, ranger.depth_m, ranger.sigma_m), (time, None, None));
         let apos = read(&line("PSIMSSB,,B01,A,,C,N,M,1,2,,,,,"), MIDNIGHT_S).expect("has a position");
-        let location = Location::Vector {
-            axes: Axes::North,
-            vector: Vector3::new(1.0, 2.0, 0.0),
-            has_depth: false,
-        };
-        assert_eq!(
-            (apos.time, apos.location),
-            (SignalTime::Arrived(MIDNIGHT_S), location)
-        );
+        let location =
+            Location::Vector { axes: Axes::North, vector: Vector3::new(1.0, 2.0, 0.0), has_depth: false };
+        assert_eq!((apos.time, apos.location), (SignalTime::Arrived(MIDNIGHT_S), location));
     }
 
     #[test]

@@ -16,12 +16,7 @@ const PING: &str = "$42020F07020101010101010101010101010101010101010101010101010
 
 fn kinds() -> Vec<ModemKind> {
     let pattern = r"^(?<id>\S+) (?<range_m>\S+) (?<bearing_deg>\S+) (?<elevation_deg>\S+)( (?<t_s>\S+))?$";
-    let mut kinds = vec![
-        ModemKind::Sentences,
-        ModemKind::Pattern {
-            pattern: pattern.to_owned(),
-        },
-    ];
+    let mut kinds = vec![ModemKind::Sentences, ModemKind::Pattern { pattern: pattern.to_owned() }];
     for frame in [Frame::Body, Frame::Earth] {
         kinds.extend([ModemKind::Evologics { frame }, ModemKind::Seatrac { frame }]);
     }
@@ -29,11 +24,7 @@ fn kinds() -> Vec<ModemKind> {
 }
 
 fn depth_at(t_s: f64) -> KnownDepth {
-    KnownDepth {
-        t_s,
-        depth_m: 20.0,
-        sigma_m: 0.2,
-    }
+    KnownDepth { t_s, depth_m: 20.0, sigma_m: 0.2 }
 }
 
 fn modem(kind: ModemKind) -> Modem {
@@ -61,15 +52,7 @@ fn modem(kind: ModemKind) -> Modem {
 fn poses() -> PoseHistory {
     let position = on_earth(60.0, 179.9999).expect("is on Earth");
     let mut poses = PoseHistory::default();
-    poses.push(
-        RECEIVED_S,
-        CraftPose {
-            position,
-            heading: 1.0,
-            roll: 0.0,
-            pitch: 0.0,
-        },
-    );
+    poses.push(RECEIVED_S, CraftPose { position, heading: 1.0, roll: 0.0, pitch: 0.0 });
     poses
 }
 
@@ -85,9 +68,7 @@ fn samples() -> Vec<String> {
         sentences::line(&format!(
             "PSONLLD,{time},2401,A,51.3315406,-0.83563975,999.916,5.33,5.33,0.00,0.62,,,,"
         )),
-        sentences::line(&format!(
-            "PSIMSSB,{time},M17,A,,C,H,F,46.649,1.632,24.829,1.414,T,0.033681,"
-        )),
+        sentences::line(&format!("PSIMSSB,{time},M17,A,,C,H,F,46.649,1.632,24.829,1.414,T,0.033681,")),
         "beacon-4 120.5 31.0 -20.0\n".to_owned(),
     ]
 }
@@ -185,17 +166,12 @@ fn every_sample_is_a_fix_of_its_own_modem_only() {
             ModemKind::Evologics { .. } | ModemKind::Sentences => 2,
         };
         assert_eq!(fixes.len(), expected, "{kind:?}: {}", modem.rejects);
-        assert_eq!(
-            modem.rejects.total(),
-            6 - u64::try_from(expected).expect("is small")
-        );
+        assert_eq!(modem.rejects.total(), 6 - u64::try_from(expected).expect("is small"));
     }
 }
 
 fn pattern(pattern: &str) -> Modem {
-    modem(ModemKind::Pattern {
-        pattern: pattern.to_owned(),
-    })
+    modem(ModemKind::Pattern { pattern: pattern.to_owned() })
 }
 
 /// Claims that all lines of `text` are rejected, with these counts.
@@ -239,10 +215,7 @@ fn times_that_set_clocks_cannot_have_are_rejected_by_name() {
 #[test]
 fn local_time_of_a_modem_is_named() {
     let local = "the modem's clock is on local time, not UTC";
-    for of in [
-        r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$",
-        AT_TIME,
-    ] {
+    for of in [r"^(?<id>\w+) (?<north_m>\S+) (?<east_m>\S+) (?<t_s>\S+)$", AT_TIME] {
         for (ahead_s, expected) in [
             (7_200.0, local),
             (-18_000.0, local),
@@ -264,10 +237,7 @@ fn a_fix_that_is_sent_again_counts_once() {
     let mut modem = pattern(AT_TIME);
     for (sent, received, n_fixes) in [(0.0, 0.0, 1), (0.0, 1.0, 0), (0.0, 2.0, 0), (5.0, 5.0, 1)] {
         let line = format!("3 60 5 {}\n", RECEIVED_S + sent);
-        assert_eq!(
-            modem.push(line.as_bytes(), RECEIVED_S + received, &poses()).len(),
-            n_fixes
-        );
+        assert_eq!(modem.push(line.as_bytes(), RECEIVED_S + received, &poses()).len(), n_fixes);
     }
     assert_eq!(modem.rejects.to_string(), "repeated fix: 2");
 }

@@ -9,19 +9,10 @@ use crate::{recent_positions::trend, reference::Reference};
 
 /// Time between two steps, s.
 const STEP_S: f64 = 0.1;
-const AUTOPILOT: Source = Source {
-    wire: 0,
-    talker: [0; 2],
-};
-const SENSOR: Source = Source {
-    wire: 1,
-    talker: *b"HE",
-};
+const AUTOPILOT: Source = Source { wire: 0, talker: [0; 2] };
+const SENSOR: Source = Source { wire: 1, talker: *b"HE" };
 
-const NORTH: Reference = Reference {
-    speed: 1.0,
-    heading: 0.0,
-};
+const NORTH: Reference = Reference { speed: 1.0, heading: 0.0 };
 
 /// Random numbers: xorshift64*.
 struct Random(u64);
@@ -110,10 +101,7 @@ impl Mission {
         if t_s > self.requested_until_s {
             self.requested_until_s = t_s + 10.0 + 80.0 * self.random.uniform();
             let speed = [0.0, 0.3, 1.0, 2.0, 3.0][self.tenths as usize % 5];
-            self.requested = Reference {
-                speed,
-                heading: self.random.uniform() * TAU,
-            };
+            self.requested = Reference { speed, heading: self.random.uniform() * TAU };
         }
         let waves = 0.07 * (TAU * t_s / 6.0).sin();
         let turn = wrap(self.requested.heading + waves - self.heading);
@@ -260,11 +248,7 @@ const ALL: [Sensors; 2] = [Sensors::Filter, Sensors::Receiver(1.5)];
 
 #[test]
 fn ten_hours_of_waves_current_and_noise_raise_no_alarm() {
-    for (sensors, seed) in [
-        (Sensors::Filter, 7),
-        (Sensors::Receiver(1.5), 8),
-        (Sensors::Receiver(2.5), 9),
-    ] {
+    for (sensors, seed) in [(Sensors::Filter, 7), (Sensors::Receiver(1.5), 8), (Sensors::Receiver(2.5), 9)] {
         let mut mission = Mission::new(sensors, seed);
         let mut without_state = 0;
         for _ in 0..36_000 {
@@ -272,11 +256,7 @@ fn ten_hours_of_waves_current_and_noise_raise_no_alarm() {
             without_state += u32::from(mission.state.newest().is_none());
         }
         let rejects = &mission.state.integrity.rejects;
-        assert!(
-            mission.raised.is_empty(),
-            "{sensors:?}: {:?}, {rejects}",
-            mission.raised
-        );
+        assert!(mission.raised.is_empty(), "{sensors:?}: {:?}, {rejects}", mission.raised);
         // The first seconds, before there is a velocity.
         assert!(without_state <= 3, "{sensors:?}: {without_state} s");
     }
@@ -295,9 +275,7 @@ fn a_frozen_position_of_a_moving_craft_is_not_used() {
                 mission.nominal(10);
             }
             let frozen = mission.position;
-            mission.raises_within(within_s, Alarm::PositionFrozen, &mut |_, measured| {
-                at(frozen, measured)
-            });
+            mission.raises_within(within_s, Alarm::PositionFrozen, &mut |_, measured| at(frozen, measured));
             mission.has_no_state_for(5);
         }
     }
@@ -311,11 +289,7 @@ fn a_receiver_frozen_at_the_berth_is_detected_at_departure() {
         mission.nominal(30);
         let frozen = mission.position;
         let mut stays = |_: &Mission, measured| at(frozen, measured);
-        assert_eq!(
-            mission.detection(600.0, Alarm::NoWay, &mut stays),
-            None,
-            "{sensors:?}"
-        );
+        assert_eq!(mission.detection(600.0, Alarm::NoWay, &mut stays), None, "{sensors:?}");
         mission.requested.speed = 1.0;
         mission.raises_within(12.0, Alarm::PositionFrozen, &mut stays);
     }
@@ -516,10 +490,7 @@ fn a_mirrored_yaw_is_named_at_the_first_turn_and_is_invisible_on_a_northern_cour
             CraftMeasurement::YawRate(rate) => CraftMeasurement::YawRate(mirrored_rate * rate),
             other => other,
         };
-        assert_eq!(
-            mission.detection(59.0, Alarm::HeadingContradicts, &mut mirrored),
-            None
-        );
+        assert_eq!(mission.detection(59.0, Alarm::HeadingContradicts, &mut mirrored), None);
         mission.requested.heading = 1.5;
         mission.requested_until_s = f64::INFINITY;
         mission.raises_within(within_s, Alarm::HeadingContradicts, &mut mirrored);
@@ -551,13 +522,7 @@ fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named(
         mission.raises_within(within_s, Alarm::PositionDrifts, &mut drifts);
         for _ in 0..50 {
             mission.step(&mut drifts);
-            assert!(
-                mission
-                    .state
-                    .integrity
-                    .alarms()
-                    .any(|alarm| alarm == Alarm::PositionDrifts)
-            );
+            assert!(mission.state.integrity.alarms().any(|alarm| alarm == Alarm::PositionDrifts));
         }
         assert!(mission.state.newest().is_some(), "the positions count");
     }

@@ -82,11 +82,7 @@ impl Decision {
     /// The reference of `plan` at `now`, s; `None` if it is too old.
     pub(super) fn reference(&self, plan: &Plan, now: f64) -> Option<Reference> {
         let planned = plan.planned.at(now)?;
-        let reference = if self.line_of_sight {
-            plan.line_of_sight
-        } else {
-            planned
-        };
+        let reference = if self.line_of_sight { plan.line_of_sight } else { planned };
         OutputLimiter::may_follow(plan.arrived_s, now).then_some(reference)
     }
 
@@ -98,10 +94,7 @@ impl Decision {
         state: &MeasuredState,
         limits: &OutputLimits,
     ) -> Option<Reference> {
-        let craft = Reference {
-            speed: state.speed(),
-            heading: state.heading,
-        };
+        let craft = Reference { speed: state.speed(), heading: state.heading };
         let sent = self.limiter.limit(now, reference, &craft, limits)?;
         let begin = || Confirmation::begin(now, state);
         let confirmation = self.confirmation.get_or_insert_with(begin);

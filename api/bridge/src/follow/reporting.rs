@@ -11,11 +11,8 @@ use crate::mission_link::{LinkStatus, MissionLink};
 use crate::{Plan, Rejects};
 
 /// Warnings of a plan that the craft does not respond.
-const NOT_FOLLOWED: [&str; 3] = [
-    "craft_does_not_follow",
-    "heading_does_not_respond",
-    "speed_does_not_respond",
-];
+const NOT_FOLLOWED: [&str; 3] =
+    ["craft_does_not_follow", "heading_does_not_respond", "speed_does_not_respond"];
 
 /// The warning that an AUV is silent. Lost messages alone cause it: it is told, and is no alarm.
 const NOT_HEARD: &str = "stale_report";
@@ -123,11 +120,7 @@ impl<'a> Facts<'a> {
     fn unconfirmed(self) -> Vec<String> {
         let now = self.now;
         let silent_s = self.link.troubled_s.map_or(0.0, |since_s| now - since_s);
-        let lacks_plan = self
-            .link
-            .plans
-            .as_ref()
-            .is_some_and(|plans| plans.is_overdue(now));
+        let lacks_plan = self.link.plans.as_ref().is_some_and(|plans| plans.is_overdue(now));
         let service = match (SILENT_S <= silent_s, lacks_plan) {
             (true, _) => Some(SILENT_SERVICE),
             (false, true) => Some(NO_NEW_PLAN),

@@ -98,11 +98,7 @@ impl fmt::Display for Steering {
 }
 
 fn with_cause(state: &str, cause: &str) -> String {
-    if cause.is_empty() {
-        state.to_owned()
-    } else {
-        format!("{state}: {cause}")
-    }
+    if cause.is_empty() { state.to_owned() } else { format!("{state}: {cause}") }
 }
 
 #[cfg(test)]
@@ -113,10 +109,7 @@ mod tests {
     fn a_long_cause_arrives_completely_in_several_texts() {
         let cause =
             "the position does not change although the reference speed is not zero; heading does not respond";
-        let steering = Steering {
-            state: SteeringState::Degraded,
-            cause: cause.to_owned(),
-        };
+        let steering = Steering { state: SteeringState::Degraded, cause: cause.to_owned() };
         let texts = steering.texts();
         assert!(texts.iter().all(|text| text.len() <= TEXT_BYTES), "{texts:?}");
         let whole = texts.join(" ").replace(&format!(" {GOES_ON}"), " ");

@@ -51,11 +51,7 @@ pub(crate) struct Fixes {
 
 impl Fixes {
     fn first(newest: AuvFix, at_s: f64) -> Self {
-        Self {
-            newest,
-            arrivals: Arrivals::first(at_s),
-            count: 1,
-        }
+        Self { newest, arrivals: Arrivals::first(at_s), count: 1 }
     }
 
     fn take(&mut self, fix: AuvFix, t_s: f64) {
@@ -131,9 +127,7 @@ impl Telemetry {
             AutopilotEvent::Parameter { name, value } => self.parameters.note(&name, value),
             AutopilotEvent::Text(text) => tracing::info!(target: TARGET, "autopilot: {text}"),
             AutopilotEvent::NoCraft { system, kind } => {
-                log.info(&format!(
-                    "system {system} is no surface craft but {kind}: it is left alone"
-                ));
+                log.info(&format!("system {system} is no surface craft but {kind}: it is left alone"));
             }
             AutopilotEvent::Acknowledged { command, is_accepted } => {
                 if !is_accepted {
@@ -151,11 +145,7 @@ impl Telemetry {
     /// Gives an AUV's reported depth to modems that measure angles only.
     fn note_depth(&mut self, fix: &AuvFix) {
         let Some(depth_m) = fix.depth_m else { return };
-        let known = KnownDepth {
-            t_s: fix.t_s,
-            depth_m,
-            sigma_m: DEPTH_SIGMA_M,
-        };
+        let known = KnownDepth { t_s: fix.t_s, depth_m, sigma_m: DEPTH_SIGMA_M };
         for modem in &mut self.modems {
             modem.note_depth(&fix.auv, known);
         }
@@ -165,9 +155,7 @@ impl Telemetry {
     fn note_clock(&mut self, ahead_s: f64, log: &MissionLog) {
         let is_wrong = |ahead_s: f64| ahead_s.abs() > CLOCK_ERROR_MAX_S;
         if is_wrong(ahead_s) && !self.clock_ahead_s.is_some_and(is_wrong) {
-            log.warn(&format!(
-                "warning: the autopilot's clock is {ahead_s:+.1} s ahead of this machine's"
-            ));
+            log.warn(&format!("warning: the autopilot's clock is {ahead_s:+.1} s ahead of this machine's"));
         }
         self.clock_ahead_s = Some(ahead_s);
     }
@@ -175,11 +163,7 @@ impl Telemetry {
     fn measure(&mut self, wire: usize, t_s: f64, unix_s: f64, measurement: Measurement, log: &MissionLog) {
         let (measured_s, talker, measured) = match measurement {
             Measurement::Auv(fix) => return self.take_fix(fix, t_s, log),
-            Measurement::Craft {
-                t_s,
-                talker,
-                measured,
-            } => (t_s, talker, measured),
+            Measurement::Craft { t_s, talker, measured } => (t_s, talker, measured),
         };
         // On the bridge's clock, which is never set.
         let at_s = t_s - (unix_s - measured_s);
@@ -187,12 +171,7 @@ impl Telemetry {
         self.log_alarms(log);
         if let Some(state) = self.craft.newest() {
             let [roll, pitch] = self.tilt;
-            let pose = CraftPose {
-                position: state.position,
-                heading: state.heading,
-                roll,
-                pitch,
-            };
+            let pose = CraftPose { position: state.position, heading: state.heading, roll, pitch };
             self.poses.push(log.clock.unix_s(state.t_s), pose);
         }
     }

@@ -60,16 +60,10 @@ async fn a_late_loop_reads_a_piece_in_each_round() {
 fn link(change: impl Fn(&mut CurrentReference)) -> LinkStatus {
     let mut answer = serde_json::from_value(planned(1)).expect("has the API's shape");
     change(&mut answer);
-    let limits = DeclaredLimits {
-        speed_max_mps: Some(1.2),
-        ..DeclaredLimits::default()
-    };
+    let limits = DeclaredLimits { speed_max_mps: Some(1.2), ..DeclaredLimits::default() };
     LinkStatus {
         plan: Plan::new(answer, 0.0, 0.0).map(Arc::new),
-        setting: Setting {
-            limits: Some(Some(limits)),
-            ..Setting::default()
-        },
+        setting: Setting { limits: Some(Some(limits)), ..Setting::default() },
         ..LinkStatus::default()
     }
 }
@@ -98,24 +92,9 @@ async fn the_line_begins_with_the_state_of_the_steering_and_its_reason() {
     let stale = "auv-1 was last heard of 40 s ago; its forecast starts there";
     for (sending, reason, warned, begins_with) in [
         (ACTIVE, None, None, "steering, mode unknown, mpc ok, 0.0 m from"),
-        (
-            stopped(Silence::NoHeartbeat),
-            None,
-            None,
-            "NOT STEERING: no heartbeat of the autopilot, ",
-        ),
-        (
-            stopped(Silence::MissionPaused),
-            None,
-            None,
-            "not steering: the mission is paused, ",
-        ),
-        (
-            ACTIVE,
-            None,
-            Some(("heading_does_not_respond", "")),
-            "DEGRADED: heading does not respond, ",
-        ),
+        (stopped(Silence::NoHeartbeat), None, None, "NOT STEERING: no heartbeat of the autopilot, "),
+        (stopped(Silence::MissionPaused), None, None, "not steering: the mission is paused, "),
+        (ACTIVE, None, Some(("heading_does_not_respond", "")), "DEGRADED: heading does not respond, "),
         (
             ACTIVE,
             None,
@@ -143,10 +122,7 @@ async fn an_outdated_plan_has_only_its_age_and_a_present_one_is_shown_within_the
     });
     let outdated = line(None, &outdated);
     assert!(outdated.contains("last plan 40 s ago"), "{outdated}");
-    assert!(
-        !outdated.contains("goal") && !outdated.contains("ok"),
-        "{outdated}"
-    );
+    assert!(!outdated.contains("goal") && !outdated.contains("ok"), "{outdated}");
     let present = line(None, &link(|_| {}));
     assert!(present.contains(", 1.20 m/s 000°"), "{present}");
 }
@@ -173,10 +149,7 @@ async fn the_ground_station_is_told_of_worse_states_at_once_and_of_the_lasting_e
             }
         }
     }
-    let texts: Vec<_> = texts
-        .iter()
-        .map(|(steering, _)| steering.texts().concat())
-        .collect();
+    let texts: Vec<_> = texts.iter().map(|(steering, _)| steering.texts().concat()).collect();
     let (on, off) = ("Pilotfish steering", "Pilotfish off: the plan is too old");
     assert_eq!(texts, [on, off, off, on]);
 }

@@ -36,11 +36,7 @@ struct Stream<T> {
 
 impl<T> Default for Sources<T> {
     fn default() -> Self {
-        Self {
-            streams: BTreeMap::new(),
-            used: None,
-            apart: None,
-        }
+        Self { streams: BTreeMap::new(), used: None, apart: None }
     }
 }
 
@@ -67,11 +63,7 @@ impl<T: Copy> Sources<T> {
         let speaks = |stream: &Stream<T>| (t_s - stream.last_s).abs() <= HOLD_S;
         let before = self.streams.get(&source).filter(|stream| speaks(stream));
         let since_s = before.map_or(t_s, |stream| stream.since_s);
-        let newest = Stream {
-            since_s,
-            last_s: t_s,
-            value,
-        };
+        let newest = Stream { since_s, last_s: t_s, value };
         self.streams.insert(source, newest);
         let used = self
             .used
@@ -95,7 +87,6 @@ impl<T: Copy> Sources<T> {
 
     /// `true` if a source has differed from the used one for long.
     pub(super) fn differ(&self) -> bool {
-        self.apart
-            .is_some_and(|(since_s, until_s)| until_s - since_s >= DIFFER_S)
+        self.apart.is_some_and(|(since_s, until_s)| until_s - since_s >= DIFFER_S)
     }
 }

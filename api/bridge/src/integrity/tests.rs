@@ -4,14 +4,8 @@ use planner::angle::direction;
 
 use super::*;
 
-const AUTOPILOT: Source = Source {
-    wire: 0,
-    talker: [0; 2],
-};
-const SENSOR: Source = Source {
-    wire: 1,
-    talker: *b"HE",
-};
+const AUTOPILOT: Source = Source { wire: 0, talker: [0; 2] };
+const SENSOR: Source = Source { wire: 1, talker: *b"HE" };
 
 /// Times a tenth of a second apart, s.
 fn tenths(n: u32) -> impl Iterator<Item = f64> {
@@ -21,10 +15,7 @@ fn tenths(n: u32) -> impl Iterator<Item = f64> {
 /// A place near the equator, m north and east of it.
 fn position(north_m: f64, east_m: f64) -> CraftMeasurement {
     let scale = (1.0 / 6_371_000.0_f64).to_degrees();
-    CraftMeasurement::Position(Origin {
-        lat_deg: north_m * scale,
-        lon_deg: east_m * scale,
-    })
+    CraftMeasurement::Position(Origin { lat_deg: north_m * scale, lon_deg: east_m * scale })
 }
 
 #[test]
@@ -67,18 +58,9 @@ fn a_receiver_that_works_again_is_trusted_at_once_even_at_low_speed() {
 fn no_measurement_beyond_the_possible_and_none_of_a_second_source_is_admitted() {
     let (far, near) = (Vector2::new(60.0, 0.0), Vector2::new(0.6, 0.0));
     for (impossible, possible) in [
-        (
-            CraftMeasurement::GroundVelocity(far),
-            CraftMeasurement::GroundVelocity(near),
-        ),
-        (
-            CraftMeasurement::GroundSpeed(60.0),
-            CraftMeasurement::GroundSpeed(0.6),
-        ),
-        (
-            CraftMeasurement::WaterVelocity(far),
-            CraftMeasurement::WaterVelocity(near),
-        ),
+        (CraftMeasurement::GroundVelocity(far), CraftMeasurement::GroundVelocity(near)),
+        (CraftMeasurement::GroundSpeed(60.0), CraftMeasurement::GroundSpeed(0.6)),
+        (CraftMeasurement::WaterVelocity(far), CraftMeasurement::WaterVelocity(near)),
         (CraftMeasurement::YawRate(30.0), CraftMeasurement::YawRate(0.3)),
     ] {
         let mut integrity = Integrity::default();
@@ -92,11 +74,7 @@ fn no_measurement_beyond_the_possible_and_none_of_a_second_source_is_admitted() 
 fn a_steady_velocity_is_admitted_at_any_speed_and_a_jump_is_not() {
     let mut integrity = Integrity::default();
     let fast = Vector2::new(5.0, 0.0);
-    assert!(
-        [99.9, 100.0]
-            .iter()
-            .all(|t_s| integrity.admits_velocity(*t_s, fast))
-    );
+    assert!([99.9, 100.0].iter().all(|t_s| integrity.admits_velocity(*t_s, fast)));
     // 3 m/s in a tenth of a second, and in half a second.
     assert!(!integrity.admits_velocity(100.1, fast * 1.6));
     assert!(integrity.admits_velocity(100.5, fast * 1.6));

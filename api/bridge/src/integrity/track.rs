@@ -35,11 +35,7 @@ pub(super) enum Fit {
 
 impl<T> Default for Track<T> {
     fn default() -> Self {
-        Self {
-            trusted: None,
-            rival: None,
-            seen_s: None,
-        }
+        Self { trusted: None, rival: None, seen_s: None }
     }
 }
 
@@ -56,10 +52,7 @@ impl<T: Copy> Track<T> {
         self.rival = self.rival.filter(|rival| t_s - rival.last.0 <= RIVAL_KEPT_S);
         // The gate opens in silence. Among misses it would only admit one of them.
         let may_fit = |(at, _): &(f64, T)| is_first_in_a_while || t_s - at <= UNSETTLED_S;
-        if self
-            .trusted
-            .is_some_and(|trusted| may_fit(&trusted) && fits(&trusted))
-        {
+        if self.trusted.is_some_and(|trusted| may_fit(&trusted) && fits(&trusted)) {
             self.trusted = Some(newest);
             // The opened gate contains both: they are one, which jumped by little more.
             let held = self.rival.take_if(|rival| fits(&rival.last));

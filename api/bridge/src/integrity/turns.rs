@@ -58,13 +58,7 @@ impl Turns {
         turned: Option<[f64; 2]>,
         travelled: Vector2<f64>,
     ) -> bool {
-        let first = Sample {
-            t_s,
-            heading,
-            integral: 0.0,
-            turned,
-            travelled,
-        };
+        let first = Sample { t_s, heading, integral: 0.0, turned, travelled };
         let newest = match self.newest {
             Some(before) if (0.0..=TURN_EACH_S).contains(&(t_s - before.t_s)) => {
                 let change = wrap(heading - before.heading);

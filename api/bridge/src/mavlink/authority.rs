@@ -93,10 +93,7 @@ pub(crate) struct Authority {
 impl Authority {
     /// With `take_control` it orders guided mode and arming until both were reached once.
     pub(crate) fn new(take_control: bool) -> Self {
-        Self {
-            take_control,
-            ..Self::default()
-        }
+        Self { take_control, ..Self::default() }
     }
 
     /// The action at `now`, s on a clock that is never set.

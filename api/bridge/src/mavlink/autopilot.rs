@@ -126,8 +126,7 @@ impl Parameters {
 
     /// The limit of reference speeds, m/s: `WP_SPEED`, or `CRUISE_SPEED` if that is 0.
     pub(crate) fn speed_max(&self) -> Option<f64> {
-        self.positive("WP_SPEED")
-            .or_else(|| self.positive("CRUISE_SPEED"))
+        self.positive("WP_SPEED").or_else(|| self.positive("CRUISE_SPEED"))
     }
 
     /// The fastest turn, rad/s; `None` without a limit.
@@ -178,11 +177,7 @@ impl Parameters {
         let found = found.into_iter();
         let of = |(parameter, value, detail): (_, Option<f64>, _)| {
             let value = value?;
-            Some(Contradiction {
-                parameter,
-                value,
-                detail,
-            })
+            Some(Contradiction { parameter, value, detail })
         };
         found.filter_map(of).collect()
     }

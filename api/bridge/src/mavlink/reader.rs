@@ -212,9 +212,7 @@ impl MavlinkReader {
         Some(AutopilotEvent::Heartbeat(Heartbeat {
             autopilot,
             mode: heartbeat.custom_mode,
-            is_armed: heartbeat
-                .base_mode
-                .contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
+            is_armed: heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
         }))
     }
 
@@ -266,10 +264,8 @@ impl MavlinkReader {
                 heard.push(AutopilotEvent::PositionKnown(has_fix));
             }
             MavMessage::PARAM_VALUE(parameter) => match parameter.param_id.to_str() {
-                Ok(name) => heard.push(AutopilotEvent::Parameter {
-                    name: name.to_owned(),
-                    value: parameter.param_value,
-                }),
+                Ok(name) => heard
+                    .push(AutopilotEvent::Parameter { name: name.to_owned(), value: parameter.param_value }),
                 Err(_) => self.rejects.count("name that is no text"),
             },
             MavMessage::STATUSTEXT(text) => match text.text.to_str() {
@@ -278,9 +274,7 @@ impl MavlinkReader {
             },
             // 0 before the first fix.
             MavMessage::SYSTEM_TIME(time) if time.time_unix_usec != 0 => {
-                heard.push(AutopilotEvent::Time(
-                    Duration::from_micros(time.time_unix_usec).as_secs_f64(),
-                ));
+                heard.push(AutopilotEvent::Time(Duration::from_micros(time.time_unix_usec).as_secs_f64()));
             }
             MavMessage::COMMAND_ACK(answer) => heard.push(AutopilotEvent::Acknowledged {
                 command: answer.command as u32,

@@ -81,10 +81,7 @@ fn read(bytes: &[u8]) -> (MavHeader, MavMessage) {
 #[test]
 fn the_craft_has_its_autopilot_s_state_in_degrees_and_metres_per_second() {
     let heard = reader().push(&frame(1, 1, &place()), 5.0);
-    let here = Origin {
-        lat_deg: 38.41,
-        lon_deg: -9.12,
-    };
+    let here = Origin { lat_deg: 38.41, lon_deg: -9.12 };
     assert_eq!(
         measured(&heard),
         [
@@ -101,10 +98,7 @@ fn the_first_surface_craft_is_taken_by_its_second_heartbeat_and_others_are_named
     let mut beat = |system, kind| reader.push(&frame(system, 1, &heartbeat(kind, ARDUPILOT, 15)), 0.0);
     let aircraft = MavType::MAV_TYPE_FIXED_WING;
     assert_eq!(beat(5, aircraft), []);
-    let named = AutopilotEvent::NoCraft {
-        system: 5,
-        kind: "MAV_TYPE_FIXED_WING".to_owned(),
-    };
+    let named = AutopilotEvent::NoCraft { system: 5, kind: "MAV_TYPE_FIXED_WING".to_owned() };
     assert_eq!(beat(5, aircraft), [named]);
     assert_eq!(beat(5, aircraft), []);
     // After a start its autopilot briefly states another type.
@@ -145,36 +139,20 @@ fn a_follow_target_has_the_values_of_its_capabilities() {
 fn invalid_numbers_and_positions_are_rejected_by_name() {
     let mut reader = reader();
     let nowhere = MavMessage::GLOBAL_POSITION_INT(GLOBAL_POSITION_INT_DATA::DEFAULT);
-    let attitude = MavMessage::ATTITUDE(ATTITUDE_DATA {
-        yaw: f32::NAN,
-        yawspeed: 0.25,
-        ..ATTITUDE_DATA::DEFAULT
-    });
+    let attitude =
+        MavMessage::ATTITUDE(ATTITUDE_DATA { yaw: f32::NAN, yawspeed: 0.25, ..ATTITUDE_DATA::DEFAULT });
     assert_eq!(reader.push(&frame(1, 1, &nowhere), 0.0), []);
     let heard = reader.push(&frame(1, 1, &attitude), 0.0);
-    assert_eq!(
-        measured(&heard),
-        [CraftMeasurement::YawRate(0.25)],
-        "the rest of it counts"
-    );
+    assert_eq!(measured(&heard), [CraftMeasurement::YawRate(0.25)], "the rest of it counts");
     let reasons: Vec<_> = reader.rejects.iter().collect();
-    assert_eq!(
-        reasons,
-        [("attitude that is no number", 1), ("craft without a position", 1)]
-    );
+    assert_eq!(reasons, [("attitude that is no number", 1), ("craft without a position", 1)]);
 }
 
 #[test]
 fn a_depth_is_below_the_water_surface_and_not_relative_to_sea_level() {
     let depth = |relative_alt, alt| {
-        let said = GLOBAL_POSITION_INT_DATA {
-            relative_alt,
-            alt,
-            ..HERE
-        };
-        fix(&MavMessage::GLOBAL_POSITION_INT(said))
-            .expect("is a fix")
-            .depth_m
+        let said = GLOBAL_POSITION_INT_DATA { relative_alt, alt, ..HERE };
+        fix(&MavMessage::GLOBAL_POSITION_INT(said)).expect("is a fix").depth_m
     };
     // In a lake 320 m above the sea: 40 m deep, at the surface, and without a home.
     assert_eq!(depth(-40_000, 280_000), Some(40.0));
@@ -206,21 +184,14 @@ fn an_auv_has_no_fixes_while_its_own_filter_does_not_know_the_position() {
     for status in [&ekf as &dyn Fn(u16) -> MavMessage, &estimator] {
         let mut reader = reader();
         let mut has_fix = |flags: u16| {
-            assert_eq!(
-                reader.push(&frame(7, 1, &status(flags)), 0.0),
-                [],
-                "it is no status of the craft"
-            );
+            assert_eq!(reader.push(&frame(7, 1, &status(flags)), 0.0), [], "it is no status of the craft");
             !reader.push(&frame(7, 1, &place()), 0.0).is_empty()
         };
         assert!(has_fix(absolute));
         assert!(!has_fix(absolute | constant));
         assert!(!has_fix(0));
         assert!(has_fix(absolute));
-        assert_eq!(
-            reader.rejects.to_string(),
-            "AUV that does not know its position: 2"
-        );
+        assert_eq!(reader.rejects.to_string(), "AUV that does not know its position: 2");
     }
 }
 
@@ -272,11 +243,7 @@ fn px4_gets_a_velocity_of_speed_and_bearing() {
 
 #[test]
 fn a_text_for_the_ground_station_is_cut_between_characters() {
-    for (text, arrives) in [
-        ("Pilotfish steering", 18),
-        (&*"ä".repeat(40), 50),
-        (&*"aä".repeat(20), 49),
-    ] {
+    for (text, arrives) in [("Pilotfish steering", 18), (&*"ä".repeat(40), 50), (&*"aä".repeat(20), 49)] {
         let (_, message) = read(&MavlinkWriter::new(1).text(MavSeverity::MAV_SEVERITY_WARNING, text));
         let MavMessage::STATUSTEXT(said) = message else {
             panic!("{message:?}");
@@ -309,12 +276,7 @@ fn contradictory_heartbeats_forbid_references() {
     let clock = clock::Clock::simulated(0.0);
     let mut may_be_steered = |mode, t_s| {
         let beat = heartbeat(BOAT, ARDUPILOT, mode);
-        let piece = Received {
-            wire: 0,
-            at: clock.now(),
-            bytes: frame(1, 1, &beat),
-            is_datagram: true,
-        };
+        let piece = Received { wire: 0, at: clock.now(), bytes: frame(1, 1, &beat), is_datagram: true };
         link.push(&piece, t_s, t_s);
         matches!(link.control(t_s), Control::Reported(Some((beat, _))) if beat.may_be_steered())
     };
@@ -334,11 +296,7 @@ fn contradictory_heartbeats_forbid_references() {
 }
 
 fn control(mode: u32, is_armed: bool, age: f64) -> Control {
-    let beat = Heartbeat {
-        autopilot: Autopilot::ArduPilot,
-        mode,
-        is_armed,
-    };
+    let beat = Heartbeat { autopilot: Autopilot::ArduPilot, mode, is_armed };
     Control::Reported(Some((beat, age)))
 }
 
@@ -347,10 +305,7 @@ fn known(mode: u32, is_armed: bool) -> Conditions {
         control: control(mode, is_armed, 0.5),
         distrust: None,
         state_age: Some(0.1),
-        reference: Some(Reference {
-            speed: 1.0,
-            heading: 0.0,
-        }),
+        reference: Some(Reference { speed: 1.0, heading: 0.0 }),
         has_planned: true,
         is_paused: false,
     }
@@ -390,16 +345,9 @@ fn px4_gets_references_in_other_modes_and_can_enter_offboard() {
     let reference = known(15, true).reference.expect("is present");
     let (offered, sent) = (Action::Offer(reference), Action::Send(reference));
     for (now, main_mode, action) in [(0.0, 4, offered), (1.0, 6, sent), (2.0, 4, offered)] {
-        let beat = Heartbeat {
-            autopilot: Autopilot::Px4,
-            mode: main_mode << 16,
-            is_armed: true,
-        };
+        let beat = Heartbeat { autopilot: Autopilot::Px4, mode: main_mode << 16, is_armed: true };
         let control = Control::Reported(Some((beat, 0.5)));
-        let known = Conditions {
-            control,
-            ..known(15, true)
-        };
+        let known = Conditions { control, ..known(15, true) };
         assert_eq!(authority.decide(now, &known), action);
     }
 }
@@ -415,18 +363,12 @@ fn each_missing_condition_stops_references_with_its_own_reason() {
     let cases: [(Change, Silence); 11] = [
         (|c| c.control = Control::Reported(None), Silence::NoHeartbeat),
         (|c| c.control = control(15, true, 3.1), Silence::NoHeartbeat),
-        (
-            |c| c.distrust = Some(Alarm::PositionFrozen),
-            Silence::Distrust(Alarm::PositionFrozen),
-        ),
+        (|c| c.distrust = Some(Alarm::PositionFrozen), Silence::Distrust(Alarm::PositionFrozen)),
         (|c| c.state_age = None, Silence::NoPosition),
         (|c| c.state_age = Some(3.1), Silence::NoPosition),
         (|c| c.reference = None, Silence::PlanStale),
         (|c| (c.reference, c.has_planned) = (None, false), Silence::NoPlan),
-        (
-            |c| (c.reference, c.is_paused) = (None, true),
-            Silence::MissionPaused,
-        ),
+        (|c| (c.reference, c.is_paused) = (None, true), Silence::MissionPaused),
         (|c| *c = known(15, false), Silence::NotArmed),
         (|c| *c = known(4, true), Silence::NotGuided),
         (|c| *c = known(4, false), Silence::NotGuided),
@@ -442,22 +384,14 @@ fn each_missing_condition_stops_references_with_its_own_reason() {
 #[test]
 fn parameters_that_contradict_the_mission_are_named() {
     let mut parameters = Parameters::default();
-    for (name, value) in [
-        ("WP_SPEED", 1.0),
-        ("GUID_OPTIONS", 8.0),
-        ("ATC_SPEED_I", 0.2),
-        ("OTHER", 1.0),
-    ] {
+    for (name, value) in [("WP_SPEED", 1.0), ("GUID_OPTIONS", 8.0), ("ATC_SPEED_I", 0.2), ("OTHER", 1.0)] {
         parameters.note(name, value);
     }
     let contradictions = parameters.contradictions(1.5);
     let named: Vec<_> = contradictions.iter().map(|found| found.parameter).collect();
     assert_eq!(named, ["WP_SPEED", "GUID_OPTIONS"]);
     assert_eq!(parameters.contradictions(0.5).len(), 1);
-    assert_eq!(
-        (parameters.speed_max(), parameters.get("OTHER")),
-        (Some(1.0), None)
-    );
+    assert_eq!((parameters.speed_max(), parameters.get("OTHER")), (Some(1.0), None));
 }
 
 #[test]

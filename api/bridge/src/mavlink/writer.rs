@@ -84,19 +84,17 @@ impl MavlinkWriter {
             }
         };
         let [vx, vy, yaw] = [vx, vy, reference.heading].map(single);
-        self.frame(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(
-            SET_POSITION_TARGET_LOCAL_NED_DATA {
-                time_boot_ms: boot_ms,
-                vx,
-                vy,
-                yaw,
-                type_mask: PositionTargetTypemask::from_bits_retain(mask),
-                target_system: self.system,
-                target_component: AUTOPILOT,
-                coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
-                ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
-            },
-        ))
+        self.frame(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
+            time_boot_ms: boot_ms,
+            vx,
+            vy,
+            yaw,
+            type_mask: PositionTargetTypemask::from_bits_retain(mask),
+            target_system: self.system,
+            target_component: AUTOPILOT,
+            coordinate_frame: MavFrame::MAV_FRAME_LOCAL_NED,
+            ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
+        }))
     }
 
     pub(crate) fn streams(&mut self) -> Vec<u8> {
@@ -155,10 +153,7 @@ impl MavlinkWriter {
     }
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "speeds and angles keep seven digits"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "speeds and angles keep seven digits")]
 fn single(value: f64) -> f32 {
     value as f32
 }

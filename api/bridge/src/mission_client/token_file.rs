@@ -55,14 +55,7 @@ mod tests {
             assert_eq!(token_in(saved.as_bytes()).expect("a token"), "pf_1");
         }
         let utf_16: Vec<u8> = "\u{feff}pf_1".encode_utf16().flat_map(u16::to_le_bytes).collect();
-        for other in [
-            utf_16.as_slice(),
-            b"",
-            b"\n",
-            b"Bearer pf_1",
-            b"pf_1\npf_2",
-            b"pf_\x1b1",
-        ] {
+        for other in [utf_16.as_slice(), b"", b"\n", b"Bearer pf_1", b"pf_1\npf_2", b"pf_\x1b1"] {
             let error = token_in(other).expect_err("is no token").to_string();
             assert!(error.contains("a token alone"), "{error}");
         }

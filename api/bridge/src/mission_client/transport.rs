@@ -67,18 +67,12 @@ impl Transport {
             .max_redirects(0)
             // The body of an error has the details.
             .http_status_as_error(false);
-        Ok(Self {
-            clock: clock.clone(),
-            carrier: Carrier::Http(config.build().into()),
-        })
+        Ok(Self { clock: clock.clone(), carrier: Carrier::Http(config.build().into()) })
     }
 
     /// Services in the process. Answers must take simulated time, or repeated requests never end.
     pub fn in_process(clock: &Clock, services: impl Fn(Call) -> Answering + Send + Sync + 'static) -> Self {
-        Self {
-            clock: clock.clone(),
-            carrier: Carrier::InProcess(Box::new(services)),
-        }
+        Self { clock: clock.clone(), carrier: Carrier::InProcess(Box::new(services)) }
     }
 
     /// The answer to `call` within `limit`, or the reason that there is none.
@@ -157,10 +151,7 @@ fn request(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) ->
         Err(_) if !status.is_success() => vec![],
         body => body.map_err(why)?,
     };
-    Ok(Answer {
-        status: status.as_u16(),
-        body,
-    })
+    Ok(Answer { status: status.as_u16(), body })
 }
 
 fn with_options<T>(
@@ -202,10 +193,8 @@ mod tests {
             assert_eq!(proxied(url, proxy()), proxy(), "{url}");
             assert_eq!(proxied(url, None), None, "{url}");
         }
-        let spared = Proxy::builder(ureq::ProxyProtocol::Http)
-            .host("proxy.ship")
-            .no_proxy("plans.ship")
-            .build();
+        let spared =
+            Proxy::builder(ureq::ProxyProtocol::Http).host("proxy.ship").no_proxy("plans.ship").build();
         assert_eq!(proxied("https://plans.ship", spared.ok()), None);
     }
 
@@ -234,9 +223,6 @@ mod tests {
         let answer = request(&agent, &call, Duration::from_secs(5), None);
         answers.join().expect("answered");
         let why = answer.expect_err("is no answer");
-        assert_eq!(
-            why,
-            format!("{service} redirects to http://127.0.0.1:9/: give the service's own URL")
-        );
+        assert_eq!(why, format!("{service} redirects to http://127.0.0.1:9/: give the service's own URL"));
     }
 }

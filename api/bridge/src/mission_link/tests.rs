@@ -69,9 +69,7 @@ fn is_for_plan(call: &Call) -> bool {
 
 fn body(call: &Call) -> String {
     let posted = call.posted.as_ref();
-    posted.map_or_else(String::new, |posted| {
-        String::from_utf8_lossy(&posted.body).into_owned()
-    })
+    posted.map_or_else(String::new, |posted| String::from_utf8_lossy(&posted.body).into_owned())
 }
 
 fn problem(code: &str) -> Value {
@@ -184,10 +182,7 @@ async fn a_service_without_missions_is_asked_again_each_second() {
     });
     let link = named(&clock, transport);
     noted_for(&clock, &link, 9).await;
-    assert_eq!(
-        link.status().trouble.as_deref(),
-        Some("the service has no such mission")
-    );
+    assert_eq!(link.status().trouble.as_deref(), Some("the service has no such mission"));
     assert!(!link.status().has_failed);
     assert!(calls.lock().len() <= 2 * 9);
     noted_for(&clock, &link, 9).await;
@@ -231,10 +226,7 @@ async fn a_dropped_link_makes_no_calls() {
 fn state() -> MeasuredState {
     MeasuredState {
         t_s: 0.0,
-        position: Origin {
-            lat_deg: 38.0,
-            lon_deg: -9.0,
-        },
+        position: Origin { lat_deg: 38.0, lon_deg: -9.0 },
         heading: 0.0,
         water_velocity: Vector2::zeros(),
         yaw_rate: 0.0,
@@ -264,10 +256,7 @@ async fn rejected_reports_are_counted_with_the_last_reason() {
         let unlisted = json!({ "pointer": "/auvs/unlisted", "code": "unknown_auv", "detail": "is unknown" });
         match (body(call).contains("unlisted"), body(call).contains("asc")) {
             (true, true) => (200, json!({ "sequence": 1, "rejected": [unlisted] })),
-            (true, false) => (
-                422,
-                json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] }),
-            ),
+            (true, false) => (422, json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] })),
             (false, _) => (200, mission("m-1")),
         }
     });
@@ -280,10 +269,7 @@ async fn rejected_reports_are_counted_with_the_last_reason() {
     assert_eq!(link.status().rejected, rejected(1, "/auvs/unlisted: is unknown"));
     link.report_auv(&fix("unlisted"));
     clock.sleep(Duration::from_secs(5)).await;
-    assert_eq!(
-        link.status().rejected,
-        rejected(2, "rejected (invalid_request): /auvs/unlisted: is unknown")
-    );
+    assert_eq!(link.status().rejected, rejected(2, "rejected (invalid_request): /auvs/unlisted: is unknown"));
 }
 
 #[test]
@@ -298,10 +284,7 @@ fn values_outside_the_ranges_of_the_api_are_clamped_and_counted() {
     let report = asc_report(0.0, &adrift, true, &mut counts);
     assert_eq!((report.state.speed_mps, report.state.sway_mps), (20.0, -5.0));
     assert_eq!(report.current.map(|current| current.east_mps), Some(3.0));
-    let carried = AuvFix {
-        ground_velocity: Some(Vector2::new(0.0, 12.0)),
-        ..fix("auv-1")
-    };
+    let carried = AuvFix { ground_velocity: Some(Vector2::new(0.0, 12.0)), ..fix("auv-1") };
     assert_eq!(auv_report(&carried, 1.0, &mut counts).speed_mps, Some(10.0));
     // A receiver's accuracy of 5 mm is accepted.
     for (sigma_m, posted) in [(3e-4, 1e-3), (5e-3, 5e-3)] {
@@ -336,13 +319,7 @@ fn the_service_reads_what_is_posted_as_places_on_earth() {
 
 #[tokio::test(start_paused = true)]
 async fn a_silent_service_is_left_for_the_next_with_the_same_key() {
-    let urls = [
-        "http://without-log",
-        "http://refuses",
-        "http://silent",
-        "http://healthy",
-    ]
-    .map(str::to_owned);
+    let urls = ["http://without-log", "http://refuses", "http://silent", "http://healthy"].map(str::to_owned);
     let clock = Clock::simulated(0.0);
     let (transport, calls) = services(&clock, |call| {
         let answer = match call.service.as_str() {
@@ -363,10 +340,7 @@ async fn a_silent_service_is_left_for_the_next_with_the_same_key() {
     let first = reports.iter().filter(|(_, call)| key(call) == key(&reports[0].1));
     let asked: Vec<&String> = first.map(|(_, call)| &call.service).collect();
     // The task that waits for plans also leaves silent services.
-    assert!(
-        asked.is_sorted_by_key(|service| urls.iter().position(|url| url == *service)),
-        "{asked:?}"
-    );
+    assert!(asked.is_sorted_by_key(|service| urls.iter().position(|url| url == *service)), "{asked:?}");
     assert_eq!((asked.first(), asked.last()), (Some(&&urls[0]), Some(&&urls[3])));
     let found = calls.iter().position(|(_, call)| call.service == urls[3]);
     let rest = &calls[found.expect("is asked")..];
@@ -391,16 +365,9 @@ async fn the_wait_for_a_single_service_is_four_seconds() {
     let trouble = link.status().trouble.expect("is said");
     assert_eq!(trouble, "no answer: nothing within 4s");
     let calls = calls.lock();
-    let posted: Vec<Duration> = calls
-        .iter()
-        .filter(|(_, call)| is_report(call))
-        .map(|(at, _)| *at)
-        .collect();
+    let posted: Vec<Duration> = calls.iter().filter(|(_, call)| is_report(call)).map(|(at, _)| *at).collect();
     let again = Duration::from_secs(4) + RETRY;
-    assert!(
-        2 < posted.len() && posted.windows(2).all(|pair| pair[1] == pair[0] + again),
-        "{posted:?}"
-    );
+    assert!(2 < posted.len() && posted.windows(2).all(|pair| pair[1] == pair[0] + again), "{posted:?}");
 }
 
 #[tokio::test(start_paused = true)]

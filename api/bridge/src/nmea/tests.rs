@@ -96,10 +96,7 @@ fn published_sentences_have_their_documented_content() {
     assert_near(&measured_in(THS), &[Heading(2.154_713_681_342_119_7)]);
     assert_near(&measured_in(ROT), &[YawRate(-0.003_266_674_583_316_053_7)]);
     let through_water = WaterVelocity(Vector2::new(3.343_888_888_888_889, 0.0));
-    assert_near(
-        &measured_in(VHW),
-        &[Heading(-2.773_328_181_418_99), through_water],
-    );
+    assert_near(&measured_in(VHW), &[Heading(-2.773_328_181_418_99), through_water]);
     // -7.1 and 0.1 knots.
     let through_water = WaterVelocity(Vector2::new(-3.652_555_555_555_555_5, 0.051_444_444_444_444_445));
     assert_near(&measured_in(VBW), &[through_water]);
@@ -181,23 +178,11 @@ fn a_missing_field_does_not_affect_other_fields() {
     let slow = GroundSpeed(one_knot);
     for (payload, expected) in [
         // RMC without course, speed, both, date, time, mode, variation.
-        (
-            "GPRMC,123519,A,4807.038,N,01131.000,E,1.0,,140326,,,A",
-            &[munich, slow][..],
-        ),
-        (
-            "GPRMC,123519,A,4807.038,N,01131.000,E,,90.0,140326,,,A",
-            &[munich],
-        ),
+        ("GPRMC,123519,A,4807.038,N,01131.000,E,1.0,,140326,,,A", &[munich, slow][..]),
+        ("GPRMC,123519,A,4807.038,N,01131.000,E,,90.0,140326,,,A", &[munich]),
         ("GPRMC,123519,A,4807.038,N,01131.000,E,,,140326,,,A", &[munich]),
-        (
-            "GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0,,,,A",
-            &[munich, east],
-        ),
-        (
-            "GPRMC,,A,4807.038,N,01131.000,E,1.0,90.0,140326,,,A",
-            &[munich, east],
-        ),
+        ("GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0,,,,A", &[munich, east]),
+        ("GPRMC,,A,4807.038,N,01131.000,E,1.0,90.0,140326,,,A", &[munich, east]),
         ("GPRMC,123519,A,4807.038,N,01131.000,E,1.0,90.0", &[munich, east]),
         ("GPRMC,123519,A,,,,,1.0,90.0,140326,3.1,W,A", &[east]),
         // GGA with quality and position only; GLL without time, status and mode.
@@ -221,17 +206,11 @@ fn a_missing_field_does_not_affect_other_fields() {
 #[test]
 fn a_sentence_with_the_time_and_content_of_an_earlier_one_is_rejected() {
     let gga = |time: &str, minutes: &str| {
-        with_checksum(&format!(
-            "GPGGA,{time},48{minutes},N,01131.000,E,1,08,0.9,,M,,M,,"
-        ))
+        with_checksum(&format!("GPGGA,{time},48{minutes},N,01131.000,E,1,08,0.9,,M,,M,,"))
     };
     let stands = gga("123519", "07.038").repeat(5) + HDT + "\r\n" + HDT + "\r\n";
     let (read, rejected) = read_at(&stands, RECEIVED_S);
-    assert_eq!(
-        (read.len(), rejected),
-        (3, vec!["repeated sentence"]),
-        "headings state no time"
-    );
+    assert_eq!((read.len(), rejected), (3, vec!["repeated sentence"]), "headings state no time");
     // At rest, and with a slow clock.
     for goes_on in [
         gga("123519", "07.038") + &gga("123520", "07.038"),

@@ -74,12 +74,7 @@ impl Caller {
     ) -> Result<Self, Problem> {
         let Some((known, now)) = tokens.and_then(|tokens| Some((tokens.known()?, tokens.now()))) else {
             let name = peer.map_or("this program".to_owned(), |Peer(address)| address.to_string());
-            return Ok(Self {
-                name: name.into(),
-                role: Role::Admin,
-                limit: None,
-                has_token: false,
-            });
+            return Ok(Self { name: name.into(), role: Role::Admin, limit: None, has_token: false });
         };
         let token = known.find(bearer(headers)?, now);
         let token = token.ok_or(Problem::Unauthenticated)?;
@@ -131,11 +126,7 @@ impl By {
 
     /// The caller's own `key`: equal keys of different callers are different.
     pub(crate) fn own(&self, key: &str) -> String {
-        if self.caller.has_token {
-            format!("{}\0{key}", self.caller.name)
-        } else {
-            key.to_owned()
-        }
+        if self.caller.has_token { format!("{}\0{key}", self.caller.name) } else { key.to_owned() }
     }
 }
 
@@ -210,15 +201,9 @@ mod tests {
 
     #[test]
     fn only_paths_without_facts_about_missions_are_public() {
+        assert!(["/", "/livez", "/docs", "/docs.js", "/openapi.json"].into_iter().all(is_public));
         assert!(
-            ["/", "/livez", "/docs", "/docs.js", "/openapi.json"]
-                .into_iter()
-                .all(is_public)
-        );
-        assert!(
-            !["/v1/missions", "/metrics", "/v1/plan", "/docsx", "/docs/x", "//"]
-                .into_iter()
-                .any(is_public)
+            !["/v1/missions", "/metrics", "/v1/plan", "/docsx", "/docs/x", "//"].into_iter().any(is_public)
         );
     }
 }

@@ -55,10 +55,7 @@ impl AnswerMemory {
             Problem::Crowded { what, limit }
         })?;
         let bytes = to_bytes(body, length).await.map_err(|_| Problem::Panicked)?;
-        Ok(Body::from(Bytes::from_owner(HeldBytes {
-            bytes,
-            _permit: permit,
-        })))
+        Ok(Body::from(Bytes::from_owner(HeldBytes { bytes, _permit: permit })))
     }
 }
 
@@ -93,11 +90,7 @@ impl Answer {
         let streamed = body.size_hint().exact().is_none();
         let check = still_allowed.filter(|_| streamed);
         let check = check.map(|still_allowed| (clock.every(CHECK), still_allowed));
-        Body::new(Self {
-            body,
-            _request: request,
-            check,
-        })
+        Body::new(Self { body, _request: request, check })
     }
 }
 
@@ -168,10 +161,7 @@ mod tests {
         let mut streamed =
             Answer::body(Body::from_stream(first), None, Some(still_allowed()), &clock).into_data_stream();
         let whole = Answer::body(Body::from("whole"), None, Some(still_allowed()), &clock);
-        assert_eq!(
-            streamed.next().await.expect("comes").expect("is allowed"),
-            "first"
-        );
+        assert_eq!(streamed.next().await.expect("comes").expect("is allowed"), "first");
         let waited = clock.timeout(3 * CHECK, streamed.next()).await;
         assert!(waited.is_err(), "is allowed");
         allowed.store(false, Ordering::Relaxed);

@@ -112,10 +112,7 @@ async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<BodyBytes, Problem
             none => *none = Some(more_memory),
         }
     }
-    Ok(BodyBytes {
-        bytes,
-        _permit: permit,
-    })
+    Ok(BodyBytes { bytes, _permit: permit })
 }
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {

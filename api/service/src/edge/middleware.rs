@@ -30,19 +30,12 @@ const UNMATCHED: &str = "unmatched";
 const MISSION: &str = "/v1/missions/{id}";
 
 /// Calls that keep missions alive: their connections keep their slots.
-const MISSION_CALLS: [(Method, &str); 2] = [
-    (Method::POST, "/v1/missions/{id}/reports"),
-    (Method::GET, "/v1/missions/{id}/events"),
-];
+const MISSION_CALLS: [(Method, &str); 2] =
+    [(Method::POST, "/v1/missions/{id}/reports"), (Method::GET, "/v1/missions/{id}/events")];
 
 /// Routes that probes and bridges call often; their successful answers are logged at debug level.
-const FREQUENT: [&str; 5] = [
-    "/livez",
-    "/readyz",
-    "/metrics",
-    "/v1/missions/{id}/reports",
-    "/v1/missions/{id}/reference",
-];
+const FREQUENT: [&str; 5] =
+    ["/livez", "/readyz", "/metrics", "/v1/missions/{id}/reports", "/v1/missions/{id}/reference"];
 
 /// The content security policy of every answer without its own. Pages load nothing from elsewhere.
 const POLICY: HeaderValue = HeaderValue::from_static(
@@ -53,18 +46,9 @@ const POLICY: HeaderValue = HeaderValue::from_static(
 const HEADERS: [(HeaderName, HeaderValue); 5] = [
     (header::X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
     (header::REFERRER_POLICY, HeaderValue::from_static("no-referrer")),
-    (
-        HeaderName::from_static("cross-origin-resource-policy"),
-        HeaderValue::from_static("same-origin"),
-    ),
-    (
-        HeaderName::from_static("cross-origin-opener-policy"),
-        HeaderValue::from_static("same-origin"),
-    ),
-    (
-        header::X_CONTENT_TYPE_OPTIONS,
-        HeaderValue::from_static("nosniff"),
-    ),
+    (HeaderName::from_static("cross-origin-resource-policy"), HeaderValue::from_static("same-origin")),
+    (HeaderName::from_static("cross-origin-opener-policy"), HeaderValue::from_static("same-origin")),
+    (header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff")),
 ];
 
 /// Cache control of everything about missions and plans: no cache keeps it.
@@ -104,9 +88,7 @@ impl Middleware {
         let tokens = self.tokens.clone();
         let peer = request.extensions().get().copied();
         let given = request.headers().get_all(header::AUTHORIZATION).iter();
-        let headers: HeaderMap = given
-            .map(|token| (header::AUTHORIZATION, token.clone()))
-            .collect();
+        let headers: HeaderMap = given.map(|token| (header::AUTHORIZATION, token.clone())).collect();
         let caller = caller.clone();
         Box::new(move || Caller::of(tokens.as_ref(), peer, &headers).is_ok_and(|now| now == caller))
     }
@@ -221,10 +203,7 @@ fn log(route: &str, status: StatusCode, took: Duration, problem: Option<&Problem
     if problem == Some(&Problem::Overloaded) {
         tracing::debug!(status, ms, "answered");
         if let Some(requests) = REFUSED.count(clock.now()) {
-            tracing::warn!(
-                requests,
-                "requests refused since the last such line, this one last"
-            );
+            tracing::warn!(requests, "requests refused since the last such line, this one last");
         }
     } else if problem == Some(&Problem::Panicked) || (status < 300 && FREQUENT.contains(&route)) {
         // The panic has its own line.
@@ -261,10 +240,7 @@ fn write_document(response: &mut Response, problem: &Problem, path: &str, id: &s
     *response.body_mut() = Body::from(document);
     let headers = response.headers_mut();
     headers.remove(header::CONTENT_LENGTH);
-    headers.insert(
-        header::CONTENT_TYPE,
-        HeaderValue::from_static("application/problem+json"),
-    );
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/problem+json"));
 }
 
 /// The answer of a handler that panicked. The program's panic hook has logged it.

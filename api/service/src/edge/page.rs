@@ -41,9 +41,7 @@ fn answer(file: &'static page::File, tag: &'static HeaderValue, headers: &Header
 /// `true` if the client has the content with that `tag`, also weakened by a compressing proxy.
 fn has_already(headers: &HeaderMap, tag: &HeaderValue) -> bool {
     let given = headers.get_all(header::IF_NONE_MATCH).iter();
-    let mut given = given
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|list| list.split(','));
+    let mut given = given.filter_map(|value| value.to_str().ok()).flat_map(|list| list.split(','));
     given.any(|one| {
         let one = one.trim();
         one == "*" || one.strip_prefix("W/").unwrap_or(one).as_bytes() == tag.as_bytes()

@@ -251,11 +251,7 @@ fn no_plan_yet(waits_for: &[String], f: &mut fmt::Formatter<'_>) -> fmt::Result 
     if waits_for.is_empty() {
         return f.write_str("the mission has no plan yet: run it, and ask with ?wait_s= for the next plan");
     }
-    write!(
-        f,
-        "recent reports are missing of {}: POST reports",
-        waits_for.join(", ")
-    )
+    write!(f, "recent reports are missing of {}: POST reports", waits_for.join(", "))
 }
 
 /// The first of the faults, and the number of the others.

@@ -55,10 +55,7 @@ impl<K: Clone + Eq + Hash> Quota<K> {
         Self {
             limit,
             share: limit.div_ceil(2),
-            taken: Arc::new(Mutex::new(Taken {
-                of_all: 0,
-                of_each: HashMap::new(),
-            })),
+            taken: Arc::new(Mutex::new(Taken { of_all: 0, of_each: HashMap::new() })),
         }
     }
 
@@ -71,11 +68,7 @@ impl<K: Clone + Eq + Hash> Quota<K> {
 
     /// A permit for `n` things of `client` that exist already, even beyond the limits.
     pub fn existing(&self, client: K, n: usize) -> QuotaPermit<K> {
-        let mut permit = QuotaPermit {
-            quota: self.clone(),
-            client,
-            n: 0,
-        };
+        let mut permit = QuotaPermit { quota: self.clone(), client, n: 0 };
         permit.set(n, &mut self.taken.lock());
         permit
     }
@@ -123,15 +116,9 @@ mod tests {
     fn a_client_has_at_most_half_and_all_clients_at_most_the_limit() {
         let quota = Quota::new(4);
         let first: Vec<_> = (0..2).map(|_| quota.take("a", 1).expect("is free")).collect();
-        assert_eq!(
-            quota.take("a", 1).expect_err("has its share"),
-            QuotaExceeded::OfClient(2)
-        );
+        assert_eq!(quota.take("a", 1).expect_err("has its share"), QuotaExceeded::OfClient(2));
         let second: Vec<_> = (0..2).map(|_| quota.take("b", 1).expect("is free")).collect();
-        assert_eq!(
-            quota.take("c", 1).expect_err("none is left"),
-            QuotaExceeded::OfAll(4)
-        );
+        assert_eq!(quota.take("c", 1).expect_err("none is left"), QuotaExceeded::OfAll(4));
         drop(first);
         let mut third = quota.take("c", 1).expect("is free");
         assert_eq!(third.resize(3), Err(QuotaExceeded::OfAll(4)));

@@ -100,19 +100,10 @@ impl ConnectionSlots {
         let number = table.next;
         table.next += 1;
         let revoked = Arc::new(Notify::new());
-        let connection = Connection {
-            address,
-            used: Use::Idle,
-            since: now,
-            caller: None,
-            revoked: Arc::clone(&revoked),
-        };
+        let connection =
+            Connection { address, used: Use::Idle, since: now, caller: None, revoked: Arc::clone(&revoked) };
         table.insert(number, connection);
-        Some(ConnectionSlot(Arc::new(Claim {
-            slots: self.clone(),
-            number,
-            revoked,
-        })))
+        Some(ConnectionSlot(Arc::new(Claim { slots: self.clone(), number, revoked })))
     }
 }
 
@@ -266,10 +257,7 @@ mod tests {
     use super::*;
 
     const GOOD: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 1));
-    const BAD: [IpAddr; 2] = [
-        IpAddr::V4(Ipv4Addr::new(10, 0, 0, 2)),
-        IpAddr::V4(Ipv4Addr::new(10, 0, 0, 3)),
-    ];
+    const BAD: [IpAddr; 2] = [IpAddr::V4(Ipv4Addr::new(10, 0, 0, 2)), IpAddr::V4(Ipv4Addr::new(10, 0, 0, 3))];
 
     /// All of 8 slots, taken alternately by two addresses.
     fn crowded(slots: &ConnectionSlots) -> Vec<ConnectionSlot> {
@@ -287,16 +275,11 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn two_addresses_that_took_every_slot_leave_some_to_a_third() {
-        for serve in [
-            |_: &ConnectionSlot| None,
-            |slot: &ConnectionSlot| Some(slot.request()),
-        ] {
+        for serve in [|_: &ConnectionSlot| None, |slot: &ConnectionSlot| Some(slot.request())] {
             let slots = ConnectionSlots::new(8, Clock::simulated(0.0));
             let bad = crowded(&slots);
             let _requests: Vec<_> = bad.iter().map(serve).collect();
-            let good: Vec<_> = (0..2)
-                .map(|_| slots.acquire(GOOD).expect("takes a slot"))
-                .collect();
+            let good: Vec<_> = (0..2).map(|_| slots.acquire(GOOD).expect("takes a slot")).collect();
             assert!(!good.iter().any(lost));
             assert_eq!(bad.iter().filter(|slot| lost(slot)).count(), 2);
         }
@@ -337,9 +320,7 @@ mod tests {
         let requests = asking.each_ref().map(ConnectionSlot::request);
         let now = slots.0.lock().clock.now();
         assert!(slots.acquire_at(now, GOOD).is_none());
-        let newcomer = slots
-            .acquire_at(now + 2 * LONG_REQUEST, GOOD)
-            .expect("takes a slot");
+        let newcomer = slots.acquire_at(now + 2 * LONG_REQUEST, GOOD).expect("takes a slot");
         assert!(lost(&asking[0]) && !lost(&asking[1]));
         serve(&newcomer, "bridge");
         drop(requests);
@@ -354,13 +335,8 @@ mod tests {
             serve(slot, "reader");
         }
         let now = slots.0.lock().clock.now();
-        assert!(
-            slots.acquire_at(now, GOOD).is_none(),
-            "half is its share, in use by one caller"
-        );
-        let bridge = slots
-            .acquire_at(now + 2 * LONG_REQUEST, GOOD)
-            .expect("takes a slot that has lasted");
+        assert!(slots.acquire_at(now, GOOD).is_none(), "half is its share, in use by one caller");
+        let bridge = slots.acquire_at(now + 2 * LONG_REQUEST, GOOD).expect("takes a slot that has lasted");
         assert!(lost(&taken[0]));
         serve(&bridge, "bridge");
         bridge.serves_a_mission();

@@ -39,20 +39,12 @@ impl TraceContext {
     fn parse(text: &str) -> Option<Self> {
         let mut parts = text.splitn(5, '-');
         let version = hex(parts.next()?, 2)?;
-        let (trace, span, flags) = (
-            hex(parts.next()?, 32)?,
-            hex(parts.next()?, 16)?,
-            hex(parts.next()?, 2)?,
-        );
+        let (trace, span, flags) = (hex(parts.next()?, 32)?, hex(parts.next()?, 16)?, hex(parts.next()?, 2)?);
         let more = parts.next().is_some();
         if version == 0xff || (version == 0 && more) || trace == 0 || span == 0 {
             return None;
         }
-        Some(Self {
-            trace,
-            span: u64::try_from(span).ok()?,
-            sampled: flags & 1 == 1,
-        })
+        Some(Self { trace, span: u64::try_from(span).ok()?, sampled: flags & 1 == 1 })
     }
 
     /// A span in the client's trace, or in a new one; `fresh` gives random numbers.
@@ -121,10 +113,7 @@ mod tests {
     fn a_trace_continues_in_a_new_span_and_two_headers_are_ignored() {
         let client = TraceContext::parse(VALID);
         let service = TraceContext::within(client, || 7);
-        assert_eq!(
-            (service.trace, service.span),
-            (client.expect("is valid").trace, 7)
-        );
+        assert_eq!((service.trace, service.span), (client.expect("is valid").trace, 7));
         let mut headers = HeaderMap::new();
         headers.append(&TRACEPARENT, VALID.parse().expect("is text"));
         assert_eq!(TraceContext::of(&headers), client);

@@ -300,13 +300,8 @@ impl Context {
             reported: planners.clock.now(),
         });
         let (events, _) = broadcast::channel(EVENTS_BEHIND_MAX);
-        let handle = Handle {
-            requests: requests_in,
-            view: view_out,
-            events: events.downgrade(),
-            live,
-            ownership,
-        };
+        let handle =
+            Handle { requests: requests_in, view: view_out, events: events.downgrade(), live, ownership };
         let context = Self {
             counted: count(&planners, &mission),
             memory,
@@ -422,10 +417,7 @@ impl Context {
         match appended? {
             Appended::Stored => {}
             Appended::AnsweredBefore(answer) => {
-                return Ok(Stored {
-                    answer,
-                    is_new: false,
-                });
+                return Ok(Stored { answer, is_new: false });
             }
             Appended::KeyTaken => return Err(Problem::KeyTaken),
             Appended::ShareUsed => return Err(Problem::DiskShare),

@@ -215,10 +215,7 @@ fn shorten(trial: &mut PlanRequest, patch: &Setting) {
         // The goal may need a path.
         if let Some(path) = &mut auv.path {
             path.closed = false;
-            path.segments = vec![Segment::Line {
-                from: [0.0, 0.0],
-                to: [1.0, 0.0],
-            }];
+            path.segments = vec![Segment::Line { from: [0.0, 0.0], to: [1.0, 0.0] }];
         }
     }
 }

@@ -42,10 +42,7 @@ pub(super) struct ClockWatch {
 
 impl ClockWatch {
     pub(super) fn new(clock: &Clock) -> Self {
-        Self {
-            unix: clock.unix_s(),
-            instant: clock.now(),
-        }
+        Self { unix: clock.unix_s(), instant: clock.now() }
     }
 
     /// The step of the clock since the last call, s, positive forward. Slewing is no step.

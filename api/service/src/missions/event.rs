@@ -208,11 +208,7 @@ impl Event {
     }
 
     pub(super) fn stored(&self, sequence: u64) -> StoredEvent {
-        StoredEvent {
-            sequence,
-            kind: self.kind().to_owned(),
-            body: json(self).into(),
-        }
+        StoredEvent { sequence, kind: self.kind().to_owned(), body: json(self).into() }
     }
 }
 

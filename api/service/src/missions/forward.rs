@@ -300,10 +300,7 @@ mod tests {
     #[test]
     fn a_token_goes_only_to_named_and_certified_services() {
         let named = vec!["http://ship-a:8080".to_owned()];
-        let named = |are_certified| Peers {
-            named: named.clone(),
-            are_certified,
-        };
+        let named = |are_certified| Peers { named: named.clone(), are_certified };
         for (url, certified, has_token, goes) in [
             ("http://ship-a:8080", false, true, true),
             ("http://ship-a:8080/elsewhere", false, true, true),

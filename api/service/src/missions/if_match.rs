@@ -15,10 +15,9 @@ impl IfMatch {
     /// Fails if `mission` has another revision.
     pub(super) fn check(&self, mission: &Mission) -> Result<(), Problem> {
         match &self.0 {
-            Some(revisions) if !revisions.contains(&mission.revision) => Err(Problem::Changed {
-                revision: mission.revision,
-                since: Vec::new(),
-            }),
+            Some(revisions) if !revisions.contains(&mission.revision) => {
+                Err(Problem::Changed { revision: mission.revision, since: Vec::new() })
+            }
             Some(_) | None => Ok(()),
         }
     }

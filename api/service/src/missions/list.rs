@@ -63,11 +63,7 @@ impl Missions {
     /// The mission with its last plan and steering.
     fn with(&self, last: Option<LastValues>, mission: Mission) -> Mission {
         let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
-        Mission {
-            plan,
-            steering,
-            ..mission
-        }
+        Mission { plan, steering, ..mission }
     }
 
     /// The last plan and steering of the mission `id`, if it is active.

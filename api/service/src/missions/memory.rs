@@ -81,10 +81,7 @@ mod tests {
         let directory = tempfile::tempdir().expect("is made");
         let clock = Clock::simulated(1.8e9);
         let store = EventStore::open(directory.path(), &clock).expect("opens");
-        let settings = Settings {
-            clock: clock.clone(),
-            ..Settings::default()
-        };
+        let settings = Settings { clock: clock.clone(), ..Settings::default() };
         let planners = Planners::new(&settings, store.metrics());
         let mut missions = Missions::resume(store, planners).await.expect("reads the store");
         let live = new().live.expect("is live");

@@ -94,10 +94,7 @@ impl IdempotencyKeyHeader {
         request.update(call);
         request.update([0]);
         request.update(json(body));
-        Ok(Some(IdempotencyKey {
-            key: by.own(key),
-            request: request.finalize().into(),
-        }))
+        Ok(Some(IdempotencyKey { key: by.own(key), request: request.finalize().into() }))
     }
 }
 

@@ -44,14 +44,8 @@ pub enum RecordFormat {
 
 impl RecordFormat {
     /// Every format.
-    pub const ALL: [Self; 6] = [
-        Self::Csv,
-        Self::Parquet,
-        Self::Ndjson,
-        Self::Mcap,
-        Self::Geojson,
-        Self::EventsNdjson,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Csv, Self::Parquet, Self::Ndjson, Self::Mcap, Self::Geojson, Self::EventsNdjson];
 
     /// Its media type, registered with IANA except for lines of JSON, and the format of the table;
     /// none for that of the events.
@@ -205,10 +199,9 @@ impl<'a> MissionEvents<'a> {
             return;
         };
         for row in rows {
-            for (north, east) in [
-                (&mut row.north_m, &mut row.east_m),
-                (&mut row.goal_north_m, &mut row.goal_east_m),
-            ] {
+            for (north, east) in
+                [(&mut row.north_m, &mut row.east_m), (&mut row.goal_north_m, &mut row.goal_east_m)]
+            {
                 if let (Some(north), Some(east)) = (north, east) {
                     change.position(north, east);
                 }
@@ -240,10 +233,7 @@ impl<'a> MissionEvents<'a> {
 
     /// The state before a part, so that its rows equal those of the whole record.
     fn before(&self) -> Result<RowContext, RecordError> {
-        let mut before = RowContext {
-            timeline: self.start,
-            ..RowContext::default()
-        };
+        let mut before = RowContext { timeline: self.start, ..RowContext::default() };
         // A live mission's clock is independent: only the last plan's refused fixes matter.
         let depends = !self.is_live() || self.filter.has(PLANNED);
         if 0 < self.filter.after && depends {
@@ -275,11 +265,7 @@ impl<'a> MissionEvents<'a> {
             let logged_s = before.timeline.apply(&event);
             let mut rows = row::rows(stored.sequence, logged_s, &event, &mut before.refused);
             self.count_from_last_datum(stored.sequence, &mut rows);
-            take(&Entry {
-                logged_s,
-                event: Some(&numbered(&stored)?),
-                rows,
-            })?;
+            take(&Entry { logged_s, event: Some(&numbered(&stored)?), rows })?;
         }
         Ok(())
     }

@@ -200,14 +200,9 @@ impl Missions {
             steering: None,
             id,
         };
-        let checkpoint = new.live.clone().map(|live| Checkpoint {
-            state: Some(MissionState::new(live)),
-            plan: None,
-        });
-        let event = Event::Created {
-            at_s,
-            mission: Box::new(new),
-        };
+        let checkpoint =
+            new.live.clone().map(|live| Checkpoint { state: Some(MissionState::new(live)), plan: None });
+        let event = Event::Created { at_s, mission: Box::new(new) };
         let append = Append {
             mission: mission.id.clone(),
             status: mission.status.name().to_owned(),
@@ -321,14 +316,7 @@ impl Missions {
         order: Option<AuditEntry>,
     ) -> Result<Vec<u8>, Problem> {
         let (reply, answer) = oneshot::channel();
-        let mut request = Request {
-            command,
-            key,
-            if_match,
-            order,
-            reply,
-            span: Span::current(),
-        };
+        let mut request = Request { command, key, if_match, order, reply, span: Span::current() };
         // The actor of a finished mission may end at this moment; then a new one answers.
         for _ in 0..2 {
             match self.handle(id).await?.requests.try_send(request) {

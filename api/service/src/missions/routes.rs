@@ -127,21 +127,14 @@ pub(crate) async fn list_missions(
     responses((status = 200, description = "One page of orders, and where the next page begins.", body = OrderList), MissionRefusals))]
 pub(crate) async fn list_orders(
     missions: Missions,
-    ValidQuery(AuditQuery {
-        mission,
-        after,
-        limit,
-    }): ValidQuery<AuditQuery>,
+    ValidQuery(AuditQuery { mission, after, limit }): ValidQuery<AuditQuery>,
 ) -> Result<Json<OrderList>, Problem> {
     let most = page_length(limit)?;
     let read = move |reader: &EventReader| reader.orders(mission.as_deref(), after, most + 1);
     let mut orders = missions.read(read).await?;
     let more = most < orders.len();
     orders.truncate(most);
-    Ok(Json(OrderList {
-        next: orders.last().filter(|_| more).map(|order| order.number),
-        orders,
-    }))
+    Ok(Json(OrderList { next: orders.last().filter(|_| more).map(|order| order.number), orders }))
 }
 
 /// Returns a mission.
@@ -386,19 +379,10 @@ pub(crate) async fn get_record(
     missions: Missions,
     by: By,
     MissionId(id): MissionId,
-    ValidQuery(RecordQuery {
-        format,
-        after,
-        max_events,
-        kinds,
-    }): ValidQuery<RecordQuery>,
+    ValidQuery(RecordQuery { format, after, max_events, kinds }): ValidQuery<RecordQuery>,
 ) -> Result<Response, Problem> {
     let format = format.ok_or_else(|| wrong_parameter("format", "missing", "name a format"))?;
-    let filter = EventFilter {
-        after,
-        limit: max_events,
-        kinds: kinds_of(kinds.as_deref())?,
-    };
+    let filter = EventFilter { after, limit: max_events, kinds: kinds_of(kinds.as_deref())? };
     stream::record(missions, &by, &id, format, filter).await
 }
 

@@ -49,10 +49,7 @@ fn of_simulated(simulated: &Simulated) -> Option<Scene> {
     let start = scenario.start(simulated.seed).ok()?;
     let (duration_s, settled_after_s) = (start.duration, start.settled_after);
     let briefing = start.observer.as_ref().map(|observer| &observer.briefing);
-    let goal = briefing.map(|briefing| Task {
-        goal: briefing.goal.clone(),
-        offset: briefing.offset,
-    });
+    let goal = briefing.map(|briefing| Task { goal: briefing.goal.clone(), offset: briefing.offset });
     let mission = sim::mission::Mission::from_start(start, &scenario, "", simulated.seed);
     let record = mission.record();
     let thinned = |points: &Vec<planner::nalgebra::Vector2<f64>>| {

@@ -115,10 +115,7 @@ impl Missions {
             self.clock().sleep(Duration::from_millis(5)).await;
         }
         if let Err(problem) = self.own(move || lease.leave()).await {
-            tracing::warn!(
-                ?problem,
-                "the missions were not handed over: their lease ends by itself"
-            );
+            tracing::warn!(?problem, "the missions were not handed over: their lease ends by itself");
         }
     }
 }

@@ -70,11 +70,7 @@ impl Simulation {
             let integral_gain = parameters.integral_gain;
             LosGuide::tuned(match config.gains {
                 Some(gains) => gains.tuning(law, integral_gain),
-                None => LosTuning {
-                    law,
-                    gains: parameters.los,
-                    integral_gain,
-                },
+                None => LosTuning { law, gains: parameters.los, integral_gain },
             })
         });
         let name = law.as_ref().map_or("mpc", |law| law.name());
@@ -119,11 +115,7 @@ impl Simulation {
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
-        Ok(Tick {
-            planned,
-            answer,
-            made,
-        })
+        Ok(Tick { planned, answer, made })
     }
 }
 
@@ -157,10 +149,7 @@ impl Simulation {
                 predicted: along.predicted,
                 violations: along.violations,
                 schedule: law.previous_plan().and_then(|plan| plan.schedule),
-                solver: SolverReport {
-                    deadline_hit: false,
-                    ..plan.solver
-                },
+                solver: SolverReport { deadline_hit: false, ..plan.solver },
                 ..plan
             };
             (seen.clone(), plan)
@@ -175,23 +164,14 @@ impl Simulation {
             self.previous = Some(PreviousPlan::from(&plan));
             (snapshot, plan)
         };
-        let solve_time = logged.map_or_else(
-            || self.clock.since(start),
-            |logged| Duration::from_nanos(logged.solve_time_ns),
-        );
-        Ok(planners::Planned {
-            snapshot: snapshot.into(),
-            plan,
-            solve_time,
-        })
+        let solve_time = logged
+            .map_or_else(|| self.clock.since(start), |logged| Duration::from_nanos(logged.solve_time_ns));
+        Ok(planners::Planned { snapshot: snapshot.into(), plan, solve_time })
     }
 }
 
 fn reference(logged: &wire::Reference) -> Reference {
-    Reference {
-        speed: logged.speed_mps,
-        heading: Heading::new(logged.heading_rad),
-    }
+    Reference { speed: logged.speed_mps, heading: Heading::new(logged.heading_rad) }
 }
 
 fn truth(row: &Row, ids: &[String]) -> Option<Truth> {

@@ -40,13 +40,7 @@ pub(super) struct MissionState {
 
 impl MissionState {
     pub(super) fn new(config: Live) -> Self {
-        Self {
-            config,
-            reports: BTreeMap::new(),
-            asc: None,
-            steering: None,
-            previous_plan: None,
-        }
+        Self { config, reports: BTreeMap::new(), asc: None, steering: None, previous_plan: None }
     }
 
     /// Applies an event. Only reports and changes of the setting change the state.
@@ -243,10 +237,7 @@ impl MissionState {
         let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
         let auvs = self.config.auvs.iter().filter_map(heard).collect();
         let request = request(&self.config, now, craft, auvs, previous_plan);
-        Some(PlanRequest {
-            current: asc.current.or(request.current),
-            ..request
-        })
+        Some(PlanRequest { current: asc.current.or(request.current), ..request })
     }
 }
 
@@ -305,11 +296,7 @@ fn request(
 }
 
 fn known_by(fixes: Vec<Report>, auv: &LiveAuv) -> Auv {
-    Auv {
-        path: auv.path.clone(),
-        dive: auv.dive,
-        ..Auv::reported(auv.id.as_str(), fixes)
-    }
+    Auv { path: auv.path.clone(), dive: auv.dive, ..Auv::reported(auv.id.as_str(), fixes) }
 }
 
 /// The fix for a request. A fix dated ahead gets the time `now`.
@@ -321,10 +308,7 @@ fn aged(fix: &Report, now: f64) -> Report {
 /// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
 fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<Origin>) -> Asc {
     let (sin, cos) = asc.heading_rad.sin_cos();
-    let through_water = (
-        asc.speed_mps * cos - asc.sway_mps * sin,
-        asc.speed_mps * sin + asc.sway_mps * cos,
-    );
+    let through_water = (asc.speed_mps * cos - asc.sway_mps * sin, asc.speed_mps * sin + asc.sway_mps * cos);
     let current = previous.and_then(|plan| plan.current);
     let current = current.map_or((0.0, 0.0), |current| (current.north_mps, current.east_mps));
     let north = asc.ground_north_mps.unwrap_or(through_water.0 + current.0);
@@ -332,13 +316,7 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<
     let (place, way) = (asc.position(), Vector2::new(north, east) * age.max(0.0));
     let frame = origin.and_then(|origin| CraftFrame::new(origin, place));
     let place = frame.map_or(place + way, |frame| frame.leave(&way));
-    Asc {
-        north_m: place.x,
-        east_m: place.y,
-        lat_deg: None,
-        lon_deg: None,
-        ..*asc
-    }
+    Asc { north_m: place.x, east_m: place.y, lat_deg: None, lon_deg: None, ..*asc }
 }
 
 /// The request of a mission with all vehicles at rest at the datum; valid for valid missions.
@@ -422,11 +400,7 @@ mod tests {
         let mut before = state();
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
-        let plan = plan(
-            &snapshot(&before, 9.0),
-            &Parameters::default(),
-            &mut Workspace::default(),
-        );
+        let plan = plan(&snapshot(&before, 9.0), &Parameters::default(), &mut Workspace::default());
         before.previous_plan = Some(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));
@@ -442,17 +416,9 @@ mod tests {
         for (change, course_stays, craft_stays) in [
             (json!({ "goal": a }), false, true),
             (json!({ "goal": beside, "keep_outs": [disc] }), true, true),
-            (
-                json!({ "limits": { "speed_max_mps": 0.5 }, "craft": null }),
-                true,
-                true,
-            ),
+            (json!({ "limits": { "speed_max_mps": 0.5 }, "craft": null }), true, true),
             (json!({ "limits": { "surge_lag_s": 0.5 } }), true, false),
-            (
-                json!({ "goal": a, "craft": { "preset": "medusa" } }),
-                false,
-                false,
-            ),
+            (json!({ "goal": a, "craft": { "preset": "medusa" } }), false, false),
         ] {
             let [before, after] = before_and_after(change.clone()).map(|state| state.previous_plan);
             let mut expected = before.expect("is there");
@@ -483,10 +449,7 @@ mod tests {
     fn the_motion_of_a_craft_that_a_person_steers_counts_as_its_reference() {
         let [mut state, _] = before_and_after(json!({ "craft": null }));
         let asked = |state: &MissionState| {
-            let plan = state
-                .request(10.0)
-                .and_then(|request| request.previous_plan)
-                .expect("is there");
+            let plan = state.request(10.0).and_then(|request| request.previous_plan).expect("is there");
             let craft = plan.craft_estimate.expect("is there");
             (craft.asked_speed_mps, craft.asked_heading_rad, craft.memory)
         };

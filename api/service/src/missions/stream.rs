@@ -179,12 +179,8 @@ pub(super) async fn record(
     let is_simulated = missions.clock().is_simulated();
     let write = move || {
         let _permit = permit;
-        let mut out = ChunkWriter {
-            client: chunks,
-            runtime,
-            chunk: Vec::with_capacity(CHUNK),
-            patience: CHUNK_TIME,
-        };
+        let mut out =
+            ChunkWriter { client: chunks, runtime, chunk: Vec::with_capacity(CHUNK), patience: CHUNK_TIME };
         let mut whole = || -> Result<(), RecordError> {
             record::write(&missions.store.reader()?, number, format, &filter, &mut out)?;
             Ok(out.finish()?)
@@ -217,10 +213,8 @@ pub(super) async fn record(
         first => first,
     };
     let name = format!("attachment; filename=\"{id}.{}\"", format.extension());
-    let headers = [
-        (header::CONTENT_TYPE, format.media_type().to_owned()),
-        (header::CONTENT_DISPOSITION, name),
-    ];
+    let headers =
+        [(header::CONTENT_TYPE, format.media_type().to_owned()), (header::CONTENT_DISPOSITION, name)];
     Ok((headers, Body::from_stream(complete_or_cut_off(first, written))).into_response())
 }
 
@@ -311,15 +305,8 @@ mod tests {
         // Simulated time does not pass while a blocking thread works.
         let patience = if taken { CHUNK_TIME } else { Duration::ZERO };
         let writer = spawn_blocking(move || {
-            let mut out = ChunkWriter {
-                client,
-                runtime,
-                chunk: vec![],
-                patience,
-            };
-            let done = out
-                .write_all(&vec![b'x'; (CHUNKS + 1) * CHUNK + 1])
-                .and_then(|()| out.finish());
+            let mut out = ChunkWriter { client, runtime, chunk: vec![], patience };
+            let done = out.write_all(&vec![b'x'; (CHUNKS + 1) * CHUNK + 1]).and_then(|()| out.finish());
             if done.is_err() {
                 out.fail(io::Error::from(io::ErrorKind::TimedOut).into());
             }
@@ -339,23 +326,14 @@ mod tests {
     async fn a_record_that_is_read_ends_when_it_is_complete() {
         let (done, chunks) = written(true).await;
         done.expect("is taken");
-        let bytes: usize = chunks
-            .iter()
-            .map(|chunk| chunk.as_ref().map_or(0, Bytes::len))
-            .sum();
-        assert_eq!(
-            (chunks.iter().all(Result::is_ok), bytes),
-            (true, (CHUNKS + 1) * CHUNK + 1)
-        );
+        let bytes: usize = chunks.iter().map(|chunk| chunk.as_ref().map_or(0, Bytes::len)).sum();
+        assert_eq!((chunks.iter().all(Result::is_ok), bytes), (true, (CHUNKS + 1) * CHUNK + 1));
     }
 
     #[tokio::test(start_paused = true)]
     async fn a_record_that_no_client_reads_is_abandoned_and_looks_incomplete() {
         let (done, chunks) = written(false).await;
-        assert_eq!(
-            done.expect_err("no client takes it").kind(),
-            io::ErrorKind::TimedOut
-        );
+        assert_eq!(done.expect_err("no client takes it").kind(), io::ErrorKind::TimedOut);
         assert_eq!(chunks.len(), CHUNKS + 1);
         assert!(chunks[CHUNKS].is_err());
     }

@@ -13,12 +13,8 @@ const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
 const DIRECTED: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
 
 /// Shapes of several kinds, each closed, and the member that names the kind.
-const KINDS: [(&str, &str); 4] = [
-    ("Goal", "kind"),
-    ("Offset", "frame"),
-    ("VisitCost", "kind"),
-    ("Segment", "kind"),
-];
+const KINDS: [(&str, &str); 4] =
+    [("Goal", "kind"), ("Offset", "frame"), ("VisitCost", "kind"), ("Segment", "kind")];
 
 /// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any goal
 /// may have an offset.
@@ -43,11 +39,7 @@ pub(super) fn name_kinds(document: &mut Value) {
                 kind["properties"]["offset"] = offset.clone();
             }
             let value = kind["properties"][tag]["enum"][0].as_str().unwrap_or_default();
-            let name: String = [shape]
-                .into_iter()
-                .chain(value.split('_'))
-                .map(capitalised)
-                .collect();
+            let name: String = [shape].into_iter().chain(value.split('_')).map(capitalised).collect();
             mapping.insert(value.to_owned(), json!(reference(&name)));
             schemas[name] = kind;
         }
@@ -105,10 +97,7 @@ pub(super) fn write(document: &mut Value) {
     let integrating =
         json!({ "integrates": { "enum": [true, null] }, "integral_time_s": { "type": "number" } });
     let integrating = json!({ "required": ["integral_time_s"], "properties": integrating });
-    add_rule(
-        &mut schemas["SurgeLoop"],
-        json!({ "anyOf": [{ "properties": steady }, integrating] }),
-    );
+    add_rule(&mut schemas["SurgeLoop"], json!({ "anyOf": [{ "properties": steady }, integrating] }));
     for (shape, variants) in one_of() {
         let schema = &mut schemas[shape];
         let rules = variants.iter().map(|given| rule(given, variants, schema));
@@ -117,12 +106,8 @@ pub(super) fn write(document: &mut Value) {
     }
     let has_one =
         |(name, least): (&str, &str)| json!({ "required": [name], "properties": { name: { least: 1 } } });
-    let lists = [
-        ("auvs", "minProperties"),
-        ("asc", "minItems"),
-        ("notes", "minItems"),
-        ("steering", "minItems"),
-    ];
+    let lists =
+        [("auvs", "minProperties"), ("asc", "minItems"), ("notes", "minItems"), ("steering", "minItems")];
     schemas["Reports"]["allOf"] = json!([{ "anyOf": lists.map(has_one) }]);
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {
@@ -139,10 +124,7 @@ pub(super) fn write(document: &mut Value) {
         }
         // Stored bodies may have both.
         let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
-        add_rule(
-            schema,
-            json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }),
-        );
+        add_rule(schema, json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }));
     }
     for shape in POSITIONS.iter().chain(&["Origin"]) {
         for (name, most) in [("lat_deg", LATITUDE_MAX_DEG), ("lon_deg", LONGITUDE_MAX_DEG)] {
@@ -167,9 +149,7 @@ const POINTS: [&str; 7] = [
 
 /// Adds degrees to every shape with a direction in radians. A required direction has one of both.
 fn write_degrees(document: &mut Value) {
-    let all = DIRECTED
-        .iter()
-        .flat_map(|shape| DIRECTIONS.map(|names| (shape, names)));
+    let all = DIRECTED.iter().flat_map(|shape| DIRECTIONS.map(|names| (shape, names)));
     for (shape, [degrees, radians]) in all {
         for schema in objects(document, shape) {
             if schema["properties"].get(radians).is_none() {
@@ -206,9 +186,8 @@ fn add_rule(schema: &mut Value, rule: Value) {
 fn rule(given: &[&str], all: &[&[&str]], schema: &Value) -> Value {
     let is_given = |name: &&&str| given.contains(name);
     let others = all.iter().copied().flatten().filter(|name| !is_given(name));
-    let mut properties: Map<_, _> = others
-        .map(|name| ((*name).to_owned(), json!({ "type": "null" })))
-        .collect();
+    let mut properties: Map<_, _> =
+        others.map(|name| ((*name).to_owned(), json!({ "type": "null" }))).collect();
     for name in given {
         let kind = kind(&schema["properties"][name]["type"]);
         properties.insert((*name).to_owned(), json!({ "type": kind }));
@@ -223,11 +202,7 @@ fn rule(given: &[&str], all: &[&[&str]], schema: &Value) -> Value {
 /// The type of a schema that is not null.
 pub(super) fn kind(kinds: &Value) -> Value {
     match kinds {
-        Value::Array(kinds) => kinds
-            .iter()
-            .find(|kind| *kind != "null")
-            .cloned()
-            .unwrap_or_default(),
+        Value::Array(kinds) => kinds.iter().find(|kind| *kind != "null").cloned().unwrap_or_default(),
         // It is of a shape with a name.
         Value::Null => json!("object"),
         only => only.clone(),
@@ -241,14 +216,8 @@ fn one_of() -> [(&'static str, &'static [&'static [&'static str]]); 6] {
         ("NewMission", &[&["live"], &["simulated"]]),
         ("Simulated", &[&["scenario"], &["scenario_file"]]),
         ("Asc", &[&["ground_north_mps", "ground_east_mps"], &[]]),
-        (
-            "Report",
-            &[&["course_rad", "speed_mps"], &["course_deg", "speed_mps"], &[]],
-        ),
-        (
-            "HeadingLoop",
-            &[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]],
-        ),
+        ("Report", &[&["course_rad", "speed_mps"], &["course_deg", "speed_mps"], &[]]),
+        ("HeadingLoop", &[&["time_constant_s"], &["natural_frequency_radps", "damping"], &[]]),
     ]
 }
 

@@ -89,11 +89,7 @@ impl Admission {
         let mut load = self.0.lock();
         let waits = load.waits();
         let is_cut = load.cut_until.is_some_and(|until| now < until);
-        let wait = if is_cut {
-            CUT_QUEUE_WAIT_MAX
-        } else {
-            QUEUE_WAIT_MAX
-        };
+        let wait = if is_cut { CUT_QUEUE_WAIT_MAX } else { QUEUE_WAIT_MAX };
         let stands = load.n_threads <= load.n as f64 && (1.0 + wait) * load.busy.max(WORK_MIN) < waits;
         let since = stands.then(|| *load.standing_since.get_or_insert(now));
         if !stands {
@@ -112,13 +108,7 @@ impl Admission {
         load.gauge.inc();
         load.cost[work as usize] += cost;
         drop(load);
-        Ok(Arc::new(Permit {
-            priority,
-            admission: self.clone(),
-            work,
-            cost,
-            busy: Mutex::default(),
-        }))
+        Ok(Arc::new(Permit { priority, admission: self.clone(), work, cost, busy: Mutex::default() }))
     }
 }
 
@@ -223,9 +213,7 @@ mod tests {
     async fn each_kind_of_work_has_its_own_cost() {
         let (admission, now) = (slow(), Clock::simulated(0.0).now());
         let admit = |work, due| admission.admit(now, (work, 4096), Priority::Short, now + ms(due));
-        let _reading: Vec<_> = (0..3)
-            .map(|_| admit(Work::Reading, 1000).expect("has time"))
-            .collect();
+        let _reading: Vec<_> = (0..3).map(|_| admit(Work::Reading, 1000).expect("has time")).collect();
         let _plan = admit(Work::Plan, 1).expect("reading takes no time");
         assert_eq!(admit(Work::Reading, 9).err(), Some(Problem::Overloaded));
     }

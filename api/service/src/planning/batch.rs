@@ -132,11 +132,7 @@ pub(crate) async fn plan_batch(
 }
 
 fn as_json(status: u16, plan: Option<PlanResponse>, problem: Option<ProblemDocument>) -> Vec<u8> {
-    let item = BatchItem {
-        status,
-        plan,
-        problem,
-    };
+    let item = BatchItem { status, plan, problem };
     serde_json::to_vec(&item).expect("strings, numbers and lists only")
 }
 

@@ -43,25 +43,16 @@ pub fn plan(
     let ValidRequest { snapshot, context } = ValidRequest::new(request, &stop)?;
     let mut solvers = Solvers::with_tolerance(tolerance);
     let start = clock.now();
-    let mut plan = plan_with(
-        &snapshot,
-        &Parameters::default(),
-        &mut Programs::default(),
-        &mut |program| {
-            if stop.is_due() {
-                return Solution::none(SolverStatus::CallbackTerminated);
-            }
-            let solution = solvers.solve_until(program, &stop);
-            watch(program, &solution);
-            solution
-        },
-    );
+    let mut plan = plan_with(&snapshot, &Parameters::default(), &mut Programs::default(), &mut |program| {
+        if stop.is_due() {
+            return Solution::none(SolverStatus::CallbackTerminated);
+        }
+        let solution = solvers.solve_until(program, &stop);
+        watch(program, &solution);
+        solution
+    });
     plan.solver.deadline_hit = stop.was_due();
-    let planned = Planned {
-        solve_time: clock.since(start),
-        snapshot: Arc::new(snapshot),
-        plan,
-    };
+    let planned = Planned { solve_time: clock.since(start), snapshot: Arc::new(snapshot), plan };
     check_fallback(&planned.snapshot, planned.plan.degraded)?;
     Ok(answer(&planned, &context).planned())
 }

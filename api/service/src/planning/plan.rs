@@ -129,13 +129,7 @@ impl ValidRequest {
     pub(crate) fn new(request: PlanRequest, stop: &Stop) -> Result<Self, Problem> {
         let origin = request.origin;
         let snapshot = wire::snapshot_until(request, &|| stop.is_due()).map_err(Problem::Invalid)?;
-        Ok(Self {
-            context: Context {
-                origin,
-                metadata: snapshot.metadata.clone(),
-            },
-            snapshot,
-        })
+        Ok(Self { context: Context { origin, metadata: snapshot.metadata.clone() }, snapshot })
     }
 
     /// The `answer` about its plan.

@@ -268,11 +268,7 @@ impl Planners {
             let plan = (self.plan)(&snapshot, &self.parameters, workspace, stop);
             (plan, self.clock.since(start))
         });
-        Planned {
-            snapshot,
-            plan,
-            solve_time,
-        }
+        Planned { snapshot, plan, solve_time }
     }
 
     /// Does `work` in an idle workspace. The choice changes the time of a plan, never the answer.
@@ -295,17 +291,8 @@ impl Planners {
     /// The plan without a program: well under a millisecond.
     fn lower_levels(&self, snapshot: Arc<Snapshot>) -> Planned {
         let start = self.clock.now();
-        let plan = plan_until(
-            &snapshot,
-            &self.parameters,
-            &mut Workspace::default(),
-            &Stop::at_once(),
-        );
-        Planned {
-            snapshot,
-            plan,
-            solve_time: self.clock.since(start),
-        }
+        let plan = plan_until(&snapshot, &self.parameters, &mut Workspace::default(), &Stop::at_once());
+        Planned { snapshot, plan, solve_time: self.clock.since(start) }
     }
 }
 
@@ -319,10 +306,7 @@ mod tests {
     /// The machine's threads run, and every machine meets the deadline.
     #[tokio::test]
     async fn requests_that_hold_every_planner_keep_no_mission_waiting() {
-        let settings = Settings {
-            planners: 1,
-            ..Settings::default()
-        };
+        let settings = Settings { planners: 1, ..Settings::default() };
         let planners = Planners::new(&settings, &StoreMetrics::default());
         let (open, gate) = mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));

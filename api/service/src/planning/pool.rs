@@ -78,11 +78,7 @@ impl Pool {
             started.expect("a service starts before it runs out of threads");
         }
         let queues = channels.map(|(queue, _)| queue);
-        Self {
-            clock: clock.clone(),
-            queues,
-            waiting,
-        }
+        Self { clock: clock.clone(), queues, waiting }
     }
 
     /// Gives `work` to a thread, unless the job is dropped first. Long work checks if its caller is
@@ -203,10 +199,7 @@ mod tests {
         assert!(panicked.blocking_recv().is_err());
         let (after, _after) = pool.run(Priority::Short, tell("after"));
         after.blocking_recv().expect("is done");
-        assert_eq!(
-            done.try_iter().collect::<Vec<_>>(),
-            ["mission", "short", "long", "after"]
-        );
+        assert_eq!(done.try_iter().collect::<Vec<_>>(), ["mission", "short", "long", "after"]);
     }
 
     #[test]

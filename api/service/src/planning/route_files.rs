@@ -77,20 +77,13 @@ impl From<&Route> for PathOfFile {
             turn_radius_m: route.turn_radius_m(),
             legs: legs(route),
         };
-        Self {
-            segments: vec![segment],
-            closed: route.closed,
-            speed_mps: route.speed_mps(),
-        }
+        Self { segments: vec![segment], closed: route.closed, speed_mps: route.speed_mps() }
     }
 }
 
 /// Speed and depth of the legs of `route`, if they differ.
 pub fn legs(route: &Route) -> Vec<Leg> {
-    let leg = |end: &RoutePoint| Leg {
-        speed_mps: end.speed_mps,
-        depth_m: end.depth_m,
-    };
+    let leg = |end: &RoutePoint| Leg { speed_mps: end.speed_mps, depth_m: end.depth_m };
     route.ends_of_legs().into_iter().map(leg).collect()
 }
 
@@ -136,11 +129,7 @@ pub(crate) async fn read_route(
         let stop = Deadline::new(arrival, None, limit).stop(&clock, caller);
         let fault = |error: Unread| FieldError::new("", "route_file", error.to_string());
         let routes = route::read_until(&body.bytes, &|| stop.is_due()).map_err(|error| {
-            if stop.was_due() {
-                Problem::FileTimedOut(limit)
-            } else {
-                Problem::Invalid(vec![fault(error)])
-            }
+            if stop.was_due() { Problem::FileTimedOut(limit) } else { Problem::Invalid(vec![fault(error)]) }
         })?;
         let route = route::select(routes, name.as_deref())
             .map_err(|error| wrong_parameter("name", "route_name", error.to_string()))?;

@@ -124,11 +124,7 @@ pub(super) fn watch_until_over(arguments: &Submitted) -> Result<(), Box<dyn Erro
                 for parked in &now.parked {
                     eprintln!("given up: {}", visible(parked));
                 }
-                return if now.parked.is_empty() {
-                    Ok(())
-                } else {
-                    Err("work was given up".into())
-                };
+                return if now.parked.is_empty() { Ok(()) } else { Err("work was given up".into()) };
             }
             before = now;
             Clock::machine().sleep(LOOK_EVERY).await;
@@ -166,9 +162,7 @@ pub(crate) fn work(arguments: &WorkerFlags) -> Result<(), Box<dyn Error>> {
             let _ = stop.send(true);
             std::future::pending::<()>().await;
         });
-        let idle = arguments
-            .idle_s
-            .map(|seconds| Duration::from_secs(seconds.into()));
+        let idle = arguments.idle_s.map(|seconds| Duration::from_secs(seconds.into()));
         let worker = Worker::new(broker, jobs, arguments.max_tries.into());
         worker.run(stopped, idle, &notify).await
     })?;

@@ -40,10 +40,7 @@ fn flag(setting: &'static Setting) -> Arg {
         .help(format!("{} [env: {}]{default}", setting.help, setting.variable()))
         .value_parser(move |text: &str| kind.read(text).map(|_| text.to_owned()));
     match kind {
-        Kind::Switch => flag
-            .num_args(0..=1)
-            .require_equals(true)
-            .default_missing_value("true"),
+        Kind::Switch => flag.num_args(0..=1).require_equals(true).default_missing_value("true"),
         Kind::List => flag.action(ArgAction::Append),
         _ => flag,
     }

@@ -152,13 +152,11 @@ impl Kind {
                 .as_float()
                 .or_else(|| value.as_integer().map(|whole| whole as f64))
                 .is_some_and(|number| range().contains(&number)),
-            Self::Whole(least, most) => value
-                .as_integer()
-                .is_some_and(|number| (least..=most).contains(&number)),
+            Self::Whole(least, most) => {
+                value.as_integer().is_some_and(|number| (least..=most).contains(&number))
+            }
             Self::Switch => value.is_bool(),
-            Self::List => value
-                .as_array()
-                .is_some_and(|items| items.iter().all(Value::is_str)),
+            Self::List => value.as_array().is_some_and(|items| items.iter().all(Value::is_str)),
             Self::Filter => value.as_str().is_some_and(is_filter),
             Self::OneOf(names) => value.as_str().is_some_and(|text| names.contains(&text)),
         };
@@ -231,12 +229,7 @@ mod tests {
     #[test]
     fn every_default_is_valid() {
         for setting in all() {
-            assert!(
-                setting
-                    .default
-                    .is_none_or(|default| setting.kind.read(default).is_ok()),
-                "{setting:?}"
-            );
+            assert!(setting.default.is_none_or(|default| setting.kind.read(default).is_ok()), "{setting:?}");
         }
     }
 }

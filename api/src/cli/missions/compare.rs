@@ -86,11 +86,7 @@ fn reported(comparison: &Comparison) -> Vec<ReportedRun<'_>> {
         } else {
             format!("forecasts by {}", controller.information.forecasts.join(" and "))
         };
-        let current = if controller.information.current_known {
-            "known"
-        } else {
-            "not given"
-        };
+        let current = if controller.information.current_known { "known" } else { "not given" };
         ReportedRun {
             information: format!("the same snapshots; uses {used}; current {current}"),
             gains: controller.gains,

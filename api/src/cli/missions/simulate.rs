@@ -140,12 +140,7 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let record = if arguments.untimed {
         mission::run(&scenario, guide.as_mut(), arguments.run.seed, &mut progress)
     } else {
-        mission::run(
-            &scenario,
-            &mut Stopwatch(guide.as_mut()),
-            arguments.run.seed,
-            &mut progress,
-        )
+        mission::run(&scenario, &mut Stopwatch(guide.as_mut()), arguments.run.seed, &mut progress)
     };
     let record = record.map_err(because_of("the mission failed"))?;
     drop(guide);
@@ -179,13 +174,14 @@ fn check(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     let mut gains = gains.into_iter().filter_map(|(name, given)| Some((name, given?)));
     if arguments.controller.0.is_none() {
         return match gains.next() {
-            Some((name, _)) => Err(format!(
-                "--{name} is a gain of the line-of-sight laws: add --controller saturated_los"
-            )
-            .into()),
-            None if arguments.tuned => Err(
-                "--tuned searches for gains of a line-of-sight law: add --controller saturated_los".into(),
-            ),
+            Some((name, _)) => {
+                Err(format!("--{name} is a gain of the line-of-sight laws: add --controller saturated_los")
+                    .into())
+            }
+            None if arguments.tuned => {
+                Err("--tuned searches for gains of a line-of-sight law: add --controller saturated_los"
+                    .into())
+            }
             None => Ok(()),
         };
     }

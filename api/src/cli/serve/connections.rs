@@ -46,9 +46,7 @@ impl Connections {
     pub(super) fn new(router: Router, tls: Option<Arc<Tls>>, count: Count, clock: Clock) -> Self {
         // `axum::serve` has no time limit for a header.
         let mut http = http1::Builder::new();
-        http.timer(TokioTimer::new())
-            .header_read_timeout(HEADER_TIME)
-            .max_buf_size(HEAD_BYTES_MAX);
+        http.timer(TokioTimer::new()).header_read_timeout(HEADER_TIME).max_buf_size(HEAD_BYTES_MAX);
         Self {
             http,
             router,
@@ -86,10 +84,7 @@ impl Connections {
         let counted = self.count.opened();
         tokio::spawn(async move {
             let _counted = counted;
-            let client = Client {
-                peer,
-                slot: slot.clone(),
-            };
+            let client = Client { peer, slot: slot.clone() };
             let served = async {
                 match tls {
                     None => serve(http, router, watcher, socket, client).await,
@@ -170,16 +165,12 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + 'static>(
 fn n_connections_max() -> usize {
     let mut files = getrlimit(Resource::Nofile);
     // A shell sets a low soft limit, which may be raised to the hard limit.
-    let raised = Rlimit {
-        current: files.maximum,
-        ..files
-    };
+    let raised = Rlimit { current: files.maximum, ..files };
     if setrlimit(Resource::Nofile, raised).is_ok() {
         files = raised;
     }
-    let files = files.current.map_or(CONNECTIONS_MAX, |files| {
-        usize::try_from(files).unwrap_or(CONNECTIONS_MAX)
-    });
+    let files =
+        files.current.map_or(CONNECTIONS_MAX, |files| usize::try_from(files).unwrap_or(CONNECTIONS_MAX));
     files.saturating_sub(FILES_RESERVED).clamp(1, CONNECTIONS_MAX)
 }
 

@@ -55,16 +55,7 @@ impl<'a, 'b> Batch<'a, 'b> {
         (shares, known): (&'b Shares, &'b Known),
         now_s: f64,
     ) -> Self {
-        Self {
-            appends,
-            service,
-            shares,
-            known,
-            now_s,
-            appended: vec![],
-            taken: vec![],
-            heads: vec![],
-        }
+        Self { appends, service, shares, known, now_s, appended: vec![], taken: vec![], heads: vec![] }
     }
 
     /// Stores the accepted appends in a transaction that the caller ends.
@@ -181,9 +172,8 @@ impl<'a, 'b> Batch<'a, 'b> {
         let head = &links.head;
         let (owner, whole) = (&append.creator(), &links.summary);
         let (mission, sequence, digest) = (&head.mission, &head.sequence, &head.digest);
-        let params: [&dyn Param; 10] = [
-            mission, id, status, summary, owner, &bytes, &over_s, sequence, digest, whole,
-        ];
+        let params: [&dyn Param; 10] =
+            [mission, id, status, summary, owner, &bytes, &over_s, sequence, digest, whole];
         link.change(CREATE, &params)?;
         Ok(links)
     }

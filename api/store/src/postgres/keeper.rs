@@ -50,12 +50,7 @@ pub(super) struct Keeper {
 impl Keeper {
     /// Takes a connection for the first beat.
     pub(super) fn new(link: Link) -> Self {
-        Self {
-            link: Some(link),
-            beats: 0,
-            seen: HashMap::new(),
-            answered: Duration::ZERO,
-        }
+        Self { link: Some(link), beats: 0, seen: HashMap::new(), answered: Duration::ZERO }
     }
 
     /// Runs until the service leaves or its store is dropped.

@@ -144,8 +144,5 @@ fn owning(take: &str) -> String {
 
 fn owned(row: &tokio_postgres::Row) -> Result<Owned, StoreError> {
     let epoch: i64 = row.try_get("epoch")?;
-    Ok(Owned {
-        mission: stored_mission(row)?,
-        epoch: epoch.unsigned_abs(),
-    })
+    Ok(Owned { mission: stored_mission(row)?, epoch: epoch.unsigned_abs() })
 }

@@ -158,11 +158,7 @@ impl Database {
         let link = spare.links.pop();
         drop(spare);
         // From here on, dropping `pooled` gives the place back.
-        let mut pooled = Pooled {
-            database: self.clone(),
-            link,
-            broken: RefCell::new(false),
-        };
+        let mut pooled = Pooled { database: self.clone(), link, broken: RefCell::new(false) };
         if pooled.link.is_none() {
             pooled.link = Some(self.connect()?);
         }

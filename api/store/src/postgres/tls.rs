@@ -32,10 +32,7 @@ impl MakeTlsConnect<Socket> for Tls {
     type Error = io::Error;
 
     fn make_tls_connect(&mut self, host: &str) -> Result<ToHost, io::Error> {
-        Ok(ToHost {
-            config: Arc::clone(&self.0),
-            name: ServerName::try_from(host.to_owned()).ok(),
-        })
+        Ok(ToHost { config: Arc::clone(&self.0), name: ServerName::try_from(host.to_owned()).ok() })
     }
 }
 

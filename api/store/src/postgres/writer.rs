@@ -65,10 +65,7 @@ impl PostgresWriter {
         metrics: StoreMetrics,
     ) -> Result<Self, StoreError> {
         let mut writer = Self {
-            connection: Connection {
-                database: database.clone(),
-                link: Some(database.connect()?),
-            },
+            connection: Connection { database: database.clone(), link: Some(database.connect()?) },
             lease: lease.clone(),
             purge: vec![],
             shares: Shares::new(share),
@@ -299,19 +296,14 @@ impl LogWriter for PostgresWriter {
         };
         // Only its bytes, as a new mission: another part of the append may fail for ever.
         let id = new_id();
-        let events = (1..).zip(&refused.events).map(|(sequence, event)| StoredEvent {
-            sequence,
-            ..event.clone()
-        });
+        let events =
+            (1..).zip(&refused.events).map(|(sequence, event)| StoredEvent { sequence, ..event.clone() });
         let again = Append {
             events: events.collect(),
             status: "finished".to_owned(),
             summary: refused.summary.clone(),
             snapshot: refused.snapshot.clone(),
-            answered: refused.answered.clone().map(|answered| KeyedAnswer {
-                key: id.clone(),
-                ..answered
-            }),
+            answered: refused.answered.clone().map(|answered| KeyedAnswer { key: id.clone(), ..answered }),
             mission: id,
             ..Append::default()
         };

@@ -171,9 +171,7 @@ impl Live {
         }
         let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
         let segments = paths.flat_map(|path| &mut path.segments);
-        segments
-            .flat_map(Segment::points_mut)
-            .for_each(|point| change.point(point));
+        segments.flat_map(Segment::points_mut).for_each(|point| change.point(point));
     }
 }
 

@@ -108,11 +108,7 @@ pub struct Steering {
 impl Steering {
     /// The state at `now` on the mission's clock, s.
     pub fn at(&self, now: f64) -> LastSteering {
-        LastSteering {
-            state: self.state,
-            why: self.why.clone(),
-            age_s: (now - self.t_s).max(0.0),
-        }
+        LastSteering { state: self.state, why: self.why.clone(), age_s: (now - self.t_s).max(0.0) }
     }
 }
 

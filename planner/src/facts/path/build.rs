@@ -61,12 +61,8 @@ impl Path {
     /// Fails as [`Path::from_segments`]; the corner at fault is a point of `segments/0`.
     pub fn waypoints(points: &[Vector2<f64>], fillet_radius: f64, closed: bool) -> Result<Self, InvalidPath> {
         let points = points.iter().map(|point| [point.x, point.y]).collect();
-        let waypoints = Segment::Waypoints {
-            points,
-            fillet_m: Some(fillet_radius),
-            turn_radius_m: None,
-            legs: vec![],
-        };
+        let waypoints =
+            Segment::Waypoints { points, fillet_m: Some(fillet_radius), turn_radius_m: None, legs: vec![] };
         Self::from_segments(&[waypoints], closed)
     }
 
@@ -79,11 +75,7 @@ impl Path {
             Side::Port => -TAU,
             Side::Starboard => TAU,
         };
-        let circle = Segment::Arc {
-            from: from.into(),
-            centre: centre.into(),
-            angle_rad,
-        };
+        let circle = Segment::Arc { from: from.into(), centre: centre.into(), angle_rad };
         Self::from_segments(&[circle], true)
     }
 

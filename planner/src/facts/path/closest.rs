@@ -20,10 +20,7 @@ struct Foot {
 }
 
 impl Foot {
-    const NONE: Self = Self {
-        gamma: 0.0,
-        cost: f64::INFINITY,
-    };
+    const NONE: Self = Self { gamma: 0.0, cost: f64::INFINITY };
 
     /// The better one, or the first of equals.
     fn or(self, other: Self) -> Self {
@@ -50,19 +47,13 @@ impl Path {
             let over = (low + 2.0 * reach - self.length).max(0.0);
             let this = self.closest_between(position, low, low + 2.0 * reach - over);
             let next = self.closest_between(position, 0.0, over);
-            let next = Foot {
-                gamma: next.gamma + self.length,
-                ..next
-            };
+            let next = Foot { gamma: next.gamma + self.length, ..next };
             return lap + if over > 0.0 { this.or(next) } else { this }.gamma;
         }
         let (low, high) = (gamma - reach, gamma + reach);
         let straight = |low: f64, high: f64| {
             let point = self.at(low);
-            let piece = Piece {
-                from: low,
-                ..Piece::line(point.position, point.tangent, high - low)
-            };
+            let piece = Piece { from: low, ..Piece::line(point.position, point.tangent, high - low) };
             candidate(&piece, position)
         };
         let mut best = Foot::NONE;
@@ -83,18 +74,11 @@ impl Path {
     /// distance. Beyond the ends as [`Path::closest`].
     pub(crate) fn closest_by(&self, position: &Vector2<f64>, cost: impl Fn(f64, &PathPoint) -> f64) -> f64 {
         let candidate = |piece: &Piece| match self.foot_on(piece, position) {
-            Some((gamma, distance, point)) => Foot {
-                gamma,
-                cost: cost(distance, &point),
-            },
+            Some((gamma, distance, point)) => Foot { gamma, cost: cost(distance, &point) },
             None => Foot::NONE,
         };
         let best = self.least(0..self.pieces.len(), position, |cost| cost, candidate);
-        if best.cost < f64::INFINITY {
-            self.foot(position, best)
-        } else {
-            self.closest(position)
-        }
+        if best.cost < f64::INFINITY { self.foot(position, best) } else { self.closest(position) }
     }
 
     /// Arc lengths of the `N` closest local minima of the distance to `position` within `reach`
@@ -168,9 +152,7 @@ impl Path {
         let of_block =
             |block: usize| &self.pieces[range.start.max(block * BLOCK)..range.end.min((block + 1) * BLOCK)];
         // The nearest block bounds the cost before any other is looked at.
-        let distances = blocks
-            .clone()
-            .map(|block| (block, self.boxes[block].distance(position)));
+        let distances = blocks.clone().map(|block| (block, self.boxes[block].distance(position)));
         let nearest = distances.min_by(|(_, a), (_, b)| a.total_cmp(b));
         let mut limit = nearest.map_or(f64::INFINITY, |(block, _)| {
             let costs = of_block(block).iter().map(|piece| candidate(piece).cost);
@@ -194,11 +176,7 @@ impl Path {
         let along = |point: &PathPoint| (position - point.position).dot(&direction(point.tangent));
         if gamma <= 0.0 {
             let before = along(&self.start).min(0.0);
-            if self.pieces.is_empty() {
-                along(&self.start)
-            } else {
-                before
-            }
+            if self.pieces.is_empty() { along(&self.start) } else { before }
         } else if self.length <= gamma {
             self.length + along(&self.end).max(0.0)
         } else {
@@ -209,8 +187,5 @@ impl Path {
 
 fn candidate(piece: &Piece, position: &Vector2<f64>) -> Foot {
     let length = piece.closest(position);
-    Foot {
-        gamma: piece.from + length,
-        cost: (position - piece.at(length).position).norm_squared(),
-    }
+    Foot { gamma: piece.from + length, cost: (position - piece.at(length).position).norm_squared() }
 }

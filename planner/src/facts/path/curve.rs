@@ -48,11 +48,7 @@ impl Extent {
     /// Extends the box by a piece that ends at `end`.
     fn take_in(&mut self, piece: &Piece, end: &Vector2<f64>) {
         // A point of an arc is at most a diameter from its beginning.
-        let reach = if piece.curvature == 0.0 {
-            0.0
-        } else {
-            piece.length.min(2.0 / piece.curvature.abs())
-        };
+        let reach = if piece.curvature == 0.0 { 0.0 } else { piece.length.min(2.0 / piece.curvature.abs()) };
         let reach = Vector2::repeat(reach);
         self.least = self.least.inf(&end.inf(&(piece.start - reach)));
         self.most = self.most.sup(&end.sup(&(piece.start + reach)));
@@ -91,12 +87,7 @@ impl Side {
 impl Path {
     /// An open path of length 0 at `start` (north, east), m, along `tangent`, rad.
     pub fn starting_at(start: Vector2<f64>, tangent: f64) -> Self {
-        let end = PathPoint {
-            position: start,
-            tangent,
-            curvature: 0.0,
-            leg: Leg::default(),
-        };
+        let end = PathPoint { position: start, tangent, curvature: 0.0, leg: Leg::default() };
         Self {
             segments: vec![],
             pieces: vec![],
@@ -115,10 +106,7 @@ impl Path {
         if length != 0.0 {
             let from = self.end.position;
             let to = from + direction(self.end.tangent) * length;
-            self.push(Segment::Line {
-                from: from.into(),
-                to: to.into(),
-            });
+            self.push(Segment::Line { from: from.into(), to: to.into() });
         }
         self
     }
@@ -132,11 +120,7 @@ impl Path {
             Side::Port => (from - to_starboard, -angle),
             Side::Starboard => (from + to_starboard, angle),
         };
-        self.push(Segment::Arc {
-            from: from.into(),
-            centre: centre.into(),
-            angle_rad: angle,
-        });
+        self.push(Segment::Arc { from: from.into(), centre: centre.into(), angle_rad: angle });
         self
     }
 
@@ -150,11 +134,7 @@ impl Path {
     ) -> Self {
         let first = Self::starting_at(start, tangent).line(lane_length);
         (1..n_lanes).fold(first, |path, lane| {
-            let side = if lane % 2 == 1 {
-                Side::Starboard
-            } else {
-                Side::Port
-            };
+            let side = if lane % 2 == 1 { Side::Starboard } else { Side::Port };
             path.arc(side, 0.5 * lane_spacing, PI).line(lane_length)
         })
     }
@@ -199,10 +179,7 @@ impl Path {
         match self.piece_over(gamma) {
             Some(piece) if self.closed || gamma <= piece.end() => {
                 let point = piece.at(gamma - piece.from);
-                PathPoint {
-                    tangent: point.tangent + laps * self.turn_of_a_lap(),
-                    ..point
-                }
+                PathPoint { tangent: point.tangent + laps * self.turn_of_a_lap(), ..point }
             }
             _ => beyond(&self.end, gamma - self.length),
         }
@@ -275,15 +252,9 @@ impl Path {
         }
         piece.from = self.length;
         if self.pieces.is_empty() {
-            self.start = PathPoint {
-                curvature: 0.0,
-                ..piece.at(0.0)
-            };
+            self.start = PathPoint { curvature: 0.0, ..piece.at(0.0) };
         }
-        self.end = PathPoint {
-            curvature: 0.0,
-            ..piece.at(piece.length)
-        };
+        self.end = PathPoint { curvature: 0.0, ..piece.at(piece.length) };
         self.length += piece.length;
         self.turn += (piece.curvature * piece.length).abs();
         if self.pieces.len().is_multiple_of(BLOCK) {
@@ -297,8 +268,5 @@ impl Path {
 }
 
 fn beyond(point: &PathPoint, length: f64) -> PathPoint {
-    PathPoint {
-        position: point.position + direction(point.tangent) * length,
-        ..*point
-    }
+    PathPoint { position: point.position + direction(point.tangent) * length, ..*point }
 }

@@ -55,14 +55,7 @@ pub(crate) struct Piece {
 impl Piece {
     /// A straight piece.
     pub(crate) fn line(start: Vector2<f64>, tangent: f64, length: f64) -> Self {
-        Self {
-            from: 0.0,
-            start,
-            tangent,
-            curvature: 0.0,
-            length,
-            leg: Leg::default(),
-        }
+        Self { from: 0.0, start, tangent, curvature: 0.0, length, leg: Leg::default() }
     }
 
     /// An arc through `angle`, rad, positive to starboard.
@@ -97,13 +90,7 @@ impl Piece {
     /// The part between two arc lengths of the path, `low` ≤ `high`, both inside.
     pub(crate) fn cut(&self, low: f64, high: f64) -> Self {
         let point = self.at(low - self.from);
-        Self {
-            from: low,
-            start: point.position,
-            tangent: point.tangent,
-            length: high - low,
-            ..*self
-        }
+        Self { from: low, start: point.position, tangent: point.tangent, length: high - low, ..*self }
     }
 
     /// Length along it of its point closest to `position`, in [0, `length`].

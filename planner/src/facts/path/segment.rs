@@ -67,10 +67,9 @@ impl Segment {
     /// Its points (north, east), m.
     pub fn points_mut(&mut self) -> impl Iterator<Item = &mut [f64; 2]> {
         let (points, ends) = match self {
-            Self::Line { from: a, to: b }
-            | Self::Arc {
-                from: a, centre: b, ..
-            } => (&mut [][..], Some([a, b])),
+            Self::Line { from: a, to: b } | Self::Arc { from: a, centre: b, .. } => {
+                (&mut [][..], Some([a, b]))
+            }
             Self::Waypoints { points, .. } => (points.as_mut_slice(), None),
         };
         points.iter_mut().chain(ends.into_iter().flatten())
@@ -83,19 +82,10 @@ impl Segment {
                 let along = between(from, to);
                 Some(Piece::line(Vector2::from(*from), angle_of(&along), along.norm()))
             }
-            Self::Arc {
-                from,
-                centre,
-                angle_rad,
-            } => {
+            Self::Arc { from, centre, angle_rad } => {
                 let to_centre = between(from, centre);
                 let tangent = angle_of(&to_centre) - FRAC_PI_2.copysign(*angle_rad);
-                Some(Piece::arc(
-                    Vector2::from(*from),
-                    tangent,
-                    to_centre.norm(),
-                    *angle_rad,
-                ))
+                Some(Piece::arc(Vector2::from(*from), tangent, to_centre.norm(), *angle_rad))
             }
             Self::Waypoints { .. } => None,
         }
@@ -118,11 +108,7 @@ impl Segment {
                 }
                 require_within(format_args!("{field}/to"), length, LENGTH_MIN, LENGTH_MAX)?;
             }
-            Self::Arc {
-                from,
-                centre,
-                angle_rad,
-            } => {
+            Self::Arc { from, centre, angle_rad } => {
                 require_point(format_args!("{field}/from"), from)?;
                 require_point(format_args!("{field}/centre"), centre)?;
                 let radius = between(centre, from).norm();
@@ -134,18 +120,10 @@ impl Segment {
                 let (field, least) = (format_args!("{field}/angle_rad"), LENGTH_MIN / radius);
                 require_within(field, angle_rad.abs(), least, ARC_ANGLE_MAX)?;
             }
-            Self::Waypoints {
-                points,
-                fillet_m,
-                turn_radius_m,
-                legs: declared,
-            } => {
+            Self::Waypoints { points, fillet_m, turn_radius_m, legs: declared } => {
                 let corners = match (*fillet_m, *turn_radius_m) {
                     (Some(radius), None) => Corners::Fillets { radius },
-                    (None, radius) => Corners::Turns {
-                        radius: radius.unwrap_or(TURN_RADIUS),
-                        overshot,
-                    },
+                    (None, radius) => Corners::Turns { radius: radius.unwrap_or(TURN_RADIUS), overshot },
                     (Some(_), Some(_)) => {
                         let detail = "give fillet_m, which must fit, or turn_radius_m, which is made to fit";
                         let place = format_args!("{field}/turn_radius_m");

@@ -19,13 +19,7 @@ fn square(fillet_radius: f64) -> Result<Path, InvalidPath> {
 }
 
 fn corners_of_zigzag() -> [Vector2<f64>; 5] {
-    points([
-        (0.0, 0.0),
-        (30.0, 5.0),
-        (35.0, -20.0),
-        (70.0, -20.0),
-        (80.0, 15.0),
-    ])
+    points([(0.0, 0.0), (30.0, 5.0), (35.0, -20.0), (70.0, -20.0), (80.0, 15.0)])
 }
 
 fn zigzag() -> Path {
@@ -76,10 +70,7 @@ fn arc_length_tangent_and_curvature_agree_with_finite_differences() {
             let (_, local) = path.lap_of(gamma);
             let off_joints =
                 |piece: &Piece| (local - piece.from).abs() > h && (local - piece.end()).abs() > h;
-            assert!(
-                path.pieces.iter().all(off_joints),
-                "the curvature jumps at {gamma}"
-            );
+            assert!(path.pieces.iter().all(off_joints), "the curvature jumps at {gamma}");
             // h²/6 κ² of the central difference, and rounding of 10² m over h.
             let moves = slope(|gamma| path.at(gamma).position, gamma, h);
             near_to(moves, direction(path.at(gamma).tangent), 1e-7);
@@ -199,12 +190,7 @@ fn refused(path: Result<Path, InvalidPath>) -> (String, String, f64, f64) {
     let number = |value: &Value| value.as_f64();
     let given = fault.given.as_ref().and_then(number);
     let most = fault.limit.as_ref().and_then(|limit| number(&limit["most"]));
-    (
-        fault.pointer,
-        fault.code,
-        given.unwrap_or(f64::NAN),
-        most.unwrap_or(f64::NAN),
-    )
+    (fault.pointer, fault.code, given.unwrap_or(f64::NAN), most.unwrap_or(f64::NAN))
 }
 
 #[test]
@@ -236,18 +222,8 @@ fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
     let ring = Path::from_segments(std::slice::from_ref(&first), true);
     for (path, at, expected_code, expected) in [
         (square(0.0), "/segments/0/points/0", "kink", PI / 2.0),
-        (
-            joined(line([10.0, 0.002], [20.0, 0.002])),
-            "/segments/1",
-            "gap",
-            0.002,
-        ),
-        (
-            joined(line([10.0, 0.0], [20.0, 0.1])),
-            "/segments/1",
-            "kink",
-            0.01_f64.atan(),
-        ),
+        (joined(line([10.0, 0.002], [20.0, 0.002])), "/segments/1", "gap", 0.002),
+        (joined(line([10.0, 0.0], [20.0, 0.1])), "/segments/1", "kink", 0.01_f64.atan()),
         (ring, "/segments/0", "gap", 10.0),
     ] {
         let (place, code, given, most) = refused(path);
@@ -262,11 +238,7 @@ fn segments_that_do_not_join_are_refused_with_the_size_of_the_gap_or_kink() {
 #[test]
 fn invalid_numbers_are_refused_by_name() {
     let origin = [0.0; 2];
-    let arc = |from, angle_rad| Segment::Arc {
-        from,
-        centre: origin,
-        angle_rad,
-    };
+    let arc = |from, angle_rad| Segment::Arc { from, centre: origin, angle_rad };
     for strange in [f64::NAN, f64::INFINITY, -f64::INFINITY, 1.1e6] {
         let (from, to) = (origin, [strange, 0.0]);
         let waypoints = Segment::Waypoints {
@@ -390,10 +362,7 @@ fn a_speed_profile_is_straight_between_its_knots_and_constant_outside() {
 
 #[test]
 fn legs_keep_their_speeds_and_depths_at_repeated_points_and_back_to_the_first() {
-    let leg = |speed: f64| Leg {
-        speed_mps: Some(speed),
-        depth_m: Some(10.0 * speed),
-    };
+    let leg = |speed: f64| Leg { speed_mps: Some(speed), depth_m: Some(10.0 * speed) };
     let path = |speeds: &[f64], closed| {
         let waypoints = Segment::Waypoints {
             points: vec![[0.0, 0.0], [100.0, 0.0], [100.0, 0.0], [100.0, 100.0]],

@@ -65,23 +65,13 @@ pub(super) fn legs(
         let given = [leg.speed_mps, leg.depth_m];
         for ((name, range), value) in LEG.iter().zip(given) {
             let (least, most) = range.clone().into_inner();
-            require_within(
-                format_args!("{field}/legs/{k}/{name}"),
-                value.unwrap_or(least),
-                least,
-                most,
-            )?;
+            require_within(format_args!("{field}/legs/{k}/{name}"), value.unwrap_or(least), least, most)?;
         }
     }
     let corners = match corners {
         Corners::Fillets { radius } => legs.fillets(radius, field)?,
         Corners::Turns { radius, overshot } => {
-            require_within(
-                format_args!("{field}/turn_radius_m"),
-                radius,
-                LENGTH_MIN,
-                LENGTH_MAX,
-            )?;
+            require_within(format_args!("{field}/turn_radius_m"), radius, LENGTH_MIN, LENGTH_MAX)?;
             legs.turns(radius, overshot)
         }
     };
@@ -139,12 +129,7 @@ impl Legs {
             Corners::Fillets { .. } => (if ring { 3 } else { 2 }, LENGTH_MIN),
             Corners::Turns { .. } => (2, REPEATED_WITHIN),
         };
-        require_count(
-            format_args!("{field}/points"),
-            given.len(),
-            &(n_least..=SEGMENTS_MAX),
-            "points",
-        )?;
+        require_count(format_args!("{field}/points"), given.len(), &(n_least..=SEGMENTS_MAX), "points")?;
         for (k, point) in given.iter().enumerate() {
             require_point(format_args!("{field}/points/{k}"), point)?;
         }
@@ -242,11 +227,7 @@ impl Legs {
         if radius <= most * (1.0 + LENGTH_OF_ROUNDING) {
             return Ok(());
         }
-        let sharper = if tangent_lengths[leg] < tangent_lengths[end(leg)] {
-            end(leg)
-        } else {
-            leg
-        };
+        let sharper = if tangent_lengths[leg] < tangent_lengths[end(leg)] { end(leg) } else { leg };
         let place = format_args!("{field}/points/{}", self.given_at[sharper]);
         let detail = format!(
             "the legs that meet here have no room for a fillet of {radius} m, only for {most} m; without `fillet_m` every \
@@ -271,12 +252,7 @@ impl Legs {
             if let Some(overshot) = overshot.filter(|overshot| overshot.from < turn.abs()) {
                 let unit = overshot_length(turn);
                 let radius = overshot.radius.min(self.length(point) / unit);
-                return Corner {
-                    radius,
-                    tangent_length: radius * unit,
-                    turn,
-                    kind: CornerKind::Overshot,
-                };
+                return Corner { radius, tangent_length: radius * unit, turn, kind: CornerKind::Overshot };
             }
             if LOOP_FROM < turn.abs() {
                 return Corner {
@@ -301,10 +277,9 @@ impl Legs {
             if 0.0 < corner.tangent_length {
                 let (share, unit) = match corner.kind {
                     CornerKind::Overshot => (shares[point], overshot_length(corner.turn)),
-                    CornerKind::Cut | CornerKind::Loop => (
-                        shares[point].min(shares[self.before(point)]),
-                        (0.5 * corner.turn.abs()).tan(),
-                    ),
+                    CornerKind::Cut | CornerKind::Loop => {
+                        (shares[point].min(shares[self.before(point)]), (0.5 * corner.turn.abs()).tan())
+                    }
                 };
                 corner.tangent_length *= share;
                 corner.radius = corner.tangent_length / unit;

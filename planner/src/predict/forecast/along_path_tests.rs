@@ -18,10 +18,7 @@ fn follower(path: Path, gamma: f64, offset: f64) -> Known {
     let position = point.position + starboard(point.tangent) * offset;
     Known {
         state: AuvState::new(position, 5.0, Course::new(point.tangent), U_H),
-        path: Some(KnownPath {
-            path: Arc::new(path),
-            horizontal_speed: U_H,
-        }),
+        path: Some(KnownPath { path: Arc::new(path), horizontal_speed: U_H }),
         dive: None,
     }
 }
@@ -168,19 +165,13 @@ fn a_closed_path_is_followed_for_ever() {
 #[test]
 fn a_vehicle_without_a_path_or_off_it_or_at_rest_is_forecast_by_motion() {
     let on_path = follower(mower(), 10.0, 0.0);
-    let without = Known {
-        path: None,
-        ..on_path.clone()
-    };
+    let without = Known { path: None, ..on_path.clone() };
     let by = |auv: &Known, choice| auv.forecast(choice, &STILL);
     assert_eq!(by(&without, Forecast::Path), by(&without, Forecast::Auto));
     let off = follower(mower(), 10.0, -15.1);
     let mut at_rest = on_path;
     at_rest.state.speed_mps = 0.04;
-    for (auv, model) in [
-        (off, ForecastModel::ConstantVelocity),
-        (at_rest, ForecastModel::Hold),
-    ] {
+    for (auv, model) in [(off, ForecastModel::ConstantVelocity), (at_rest, ForecastModel::Hold)] {
         assert_eq!(by(&auv, Forecast::Auto).model, model);
         assert_eq!(by(&auv, Forecast::Path).model, ForecastModel::Path);
     }

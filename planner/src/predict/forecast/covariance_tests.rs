@@ -23,10 +23,7 @@ fn auv(turn_rate: f64, path: Option<Path>) -> Known {
             turn_rate_radps: turn_rate,
             ..AuvState::new(Vector2::new(3.0, -4.0), 5.0, Course::new(0.4), U_H)
         },
-        path: path.map(|path| KnownPath {
-            path: std::sync::Arc::new(path),
-            horizontal_speed: U_H,
-        }),
+        path: path.map(|path| KnownPath { path: std::sync::Arc::new(path), horizontal_speed: U_H }),
         dive: None,
     }
 }
@@ -82,10 +79,8 @@ fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
     let turn = ned_from_body(turn_rate * step);
     covariance((0..SAMPLES).map(|_| {
         let wrong: Vector4<f64> = root * normal::<4>(&mut rng);
-        let (mut position, mut velocity) = (
-            wrong.fixed_rows::<2>(0).into_owned(),
-            wrong.fixed_rows::<2>(2).into_owned(),
-        );
+        let (mut position, mut velocity) =
+            (wrong.fixed_rows::<2>(0).into_owned(), wrong.fixed_rows::<2>(2).into_owned());
         for _ in 0..2 * seconds {
             let before = velocity;
             velocity = turn * velocity + normal::<2>(&mut rng) * (Q * step).sqrt();
@@ -116,10 +111,7 @@ fn the_covariance_of_a_turn_is_an_upper_bound_tight_to_a_quarter_turn() {
         let vehicle = with_covariance(turn_rate, filtered());
         let said = forecast(&vehicle, ForecastModel::ConstantTurn).position_variance(60.0);
         assert!(truth * (1.0 - SAMPLED) < said, "{turned} rad: {said}, {truth}");
-        assert!(
-            turned > 1.6 || said < 1.3 * truth,
-            "{turned} rad: {said}, {truth}"
-        );
+        assert!(turned > 1.6 || said < 1.3 * truth, "{turned} rad: {said}, {truth}");
     }
 }
 

@@ -67,10 +67,7 @@ fn a_dive_begins_as_reported_and_repeats_after_a_cycle() {
             near(forecast.depth_at(0.0), depth, 1e-12);
             let deeper = forecast.depth_at(0.05) > depth;
             // Just before an extreme depth the direction may change.
-            assert!(
-                deeper == descending || !(0.9..=23.1).contains(&depth),
-                "{depth} m"
-            );
+            assert!(deeper == descending || !(0.9..=23.1).contains(&depth), "{depth} m");
             // Two legs and two reversals: 198.66 s; the simulated AUV takes 198.6.
             let cycle = 2.0 * (22.0 / (U_D * 50_f64.to_radians().sin()) + 3.6);
             near(forecast.depth_at(cycle), depth, 1e-9);

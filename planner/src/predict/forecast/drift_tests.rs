@@ -42,10 +42,7 @@ fn in_turn(
 }
 
 fn along(path: Option<&KnownPath>) -> Intent<'_> {
-    Intent {
-        path,
-        ..Intent::default()
-    }
+    Intent { path, ..Intent::default() }
 }
 
 /// Forecasts without a path, once a second for `n` seconds.
@@ -67,11 +64,7 @@ fn each(interval: f64, latency: f64) -> impl Fn(f64) -> AuvState {
 
 /// Memory of a forecast for the next answer.
 fn left(forecast: &AuvForecast, state: &AuvState) -> RememberedTarget {
-    RememberedTarget {
-        model: forecast.model,
-        estimate: state.into(),
-        drift: forecast.drift(),
-    }
+    RememberedTarget { model: forecast.model, estimate: state.into(), drift: forecast.drift() }
 }
 
 fn seconds(n: u32) -> impl Iterator<Item = f64> {
@@ -164,10 +157,7 @@ fn a_turn_between_two_seconds_is_no_drift() {
     let circling = |at: f64| {
         let course = 0.02 * at;
         let position = Vector2::new(course.sin(), -course.cos()) * (0.29 / 0.02);
-        AuvState {
-            turn_rate_radps: 0.02,
-            ..AuvState::new(position, 5.0, Course::new(course), 0.29)
-        }
+        AuvState { turn_rate_radps: 0.02, ..AuvState::new(position, 5.0, Course::new(course), 0.29) }
     };
     let halves = (0..200).map(|n| 0.5 * f64::from(n));
     assert!(in_turn(Forecast::Auto, None, halves, circling).drift().norm() < 1e-9);
@@ -207,10 +197,7 @@ fn a_held_vehicle_keeps_its_position() {
 #[test]
 fn the_drift_fades_along_a_path() {
     let line = Path::starting_at(Vector2::zeros(), HEADING).line(900.0);
-    let known = KnownPath {
-        path: std::sync::Arc::new(line),
-        horizontal_speed: 0.29,
-    };
+    let known = KnownPath { path: std::sync::Arc::new(line), horizontal_speed: 0.29 };
     let carried = in_turn(Forecast::Auto, Some(&known), seconds(200), fresh);
     assert_eq!(carried.model, ForecastModel::Path);
     near_to(carried.drift(), CURRENT, 0.1 * CURRENT.norm());

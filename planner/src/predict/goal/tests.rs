@@ -52,10 +52,7 @@ fn three() -> Vec<Auv> {
 /// On the first lane of a lawn-mower, 10 m before its turn of 10 m radius, 2 m to starboard.
 fn mower() -> Auv {
     let path = Path::lawn_mower(Vector2::zeros(), 0.0, 50.0, 20.0, 3);
-    Auv {
-        path: Some(DeclaredPath::new(&path, 0.5)),
-        ..auv("a", 40.0, 2.0, 0.0)
-    }
+    Auv { path: Some(DeclaredPath::new(&path, 0.5)), ..auv("a", 40.0, 2.0, 0.0) }
 }
 
 #[test]
@@ -98,10 +95,7 @@ fn equal_weights_give_the_midpoint_and_weight_0_excludes_an_auv() {
 #[test]
 fn a_range_goal_has_equal_largest_ranges_and_moves_with_a_formation() {
     let goal = |auvs| {
-        let goal = Goal::Range {
-            auvs: ids(&["a", "b", "c"]),
-            range_m: 90.0,
-        };
+        let goal = Goal::Range { auvs: ids(&["a", "b", "c"]), range_m: 90.0 };
         observation(auvs, goal, None)
     };
     let place = forecast(&goal(three())).at(0.0).position;
@@ -151,14 +145,8 @@ fn a_turning_offset_adds_to_the_velocity() {
         drifting.current = Some(Vector2::new(0.05, 0.1).into());
         assert_velocity_is_the_slope(&drifting, &times);
     }
-    let midpoint = Goal::Midpoint {
-        auvs: ids(&["a", "b", "c"]),
-    };
-    let in_turn = Goal::Intermittent {
-        auvs: ids(&["b", "a"]),
-        dwell_s: 15.0,
-        epoch_s: -6.5,
-    };
+    let midpoint = Goal::Midpoint { auvs: ids(&["a", "b", "c"]) };
+    let in_turn = Goal::Intermittent { auvs: ids(&["b", "a"]), dwell_s: 15.0, epoch_s: -6.5 };
     for goal in [midpoint, in_turn] {
         assert_velocity_is_the_slope(&observation(three(), goal, Some(Offset::target(by))), &times);
     }
@@ -193,10 +181,7 @@ fn at_rest_the_axes_are_remembered_or_else_reported() {
     state(&mut resting).speed_mps = 0.0;
     let mut seen = track(resting, Offset::target(Vector2::new(10.0, 0.0)));
     near_to(forecast(&seen).at(40.0).position, direction(1.0) * 10.0, 1e-12);
-    seen.previous_plan = Some(PreviousPlan {
-        goal_course_rad: Some(-2.0),
-        ..PreviousPlan::default()
-    });
+    seen.previous_plan = Some(PreviousPlan { goal_course_rad: Some(-2.0), ..PreviousPlan::default() });
     let goal = forecast(&seen);
     near_to(goal.at(40.0).position, direction(-2.0) * 10.0, 1e-12);
     assert_eq!(goal.course(), Course::new(-2.0));
@@ -252,9 +237,7 @@ fn a_mean_that_comes_to_rest_keeps_its_last_course() {
     // the mean slows down, and its course turns half as fast.
     let mut turning = auv("b", 0.0, 30.0, 0.0);
     state(&mut turning).turn_rate_radps = 0.05;
-    let goal = Goal::Midpoint {
-        auvs: ids(&["a", "b"]),
-    };
+    let goal = Goal::Midpoint { auvs: ids(&["a", "b"]) };
     let offset = Some(Offset::target(Vector2::new(10.0, 0.0)));
     let seen = observation(vec![auv("a", 0.0, 0.0, 0.0), turning], goal, offset);
     let goal = forecast(&seen);

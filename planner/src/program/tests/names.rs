@@ -9,10 +9,7 @@ const TOUCHES: [(&str, &str); 14] = [
     ("dynamics[k]", "deviation[k] deviation[j] velocity[k] velocity[j]"),
     ("acceleration[k]", "velocity[k] velocity[j]"),
     ("forward_speed[k]", "velocity[k] slack[k].motion"),
-    (
-        "turn_rate[k]",
-        "velocity[k] velocity[j] velocity[i] slack[k].motion",
-    ),
+    ("turn_rate[k]", "velocity[k] velocity[j] velocity[i] slack[k].motion"),
     ("slack_sign[k]", "slack[k]"),
     ("area[k]", "deviation[k] slack[k].area"),
     ("disc_at_end[k]", "deviation[k] slack[k].keep_out"),
@@ -49,9 +46,7 @@ fn names_are_unique_and_rows_have_the_columns_of_their_names() {
                 continue;
             };
             let (_, rest) = row.split_once('[').expect("a stage");
-            let stage: usize = rest[..rest.find(']').expect("a stage")]
-                .parse()
-                .expect("a number");
+            let stage: usize = rest[..rest.find(']').expect("a stage")].parse().expect("a number");
             let at = |name: &str| {
                 let stages = [('k', stage), ('j', stage - 1), ('i', stage.saturating_sub(2))];
                 let named = |text: String, (letter, stage): (char, usize)| {
@@ -68,10 +63,7 @@ fn names_are_unique_and_rows_have_the_columns_of_their_names() {
                 // A row of one axis has no column of the other.
                 for (axis, other) in [(".ahead", ".starboard"), (".starboard", ".ahead")] {
                     let is_of_an_axis = row.ends_with(axis) && !row.starts_with("turn_rate");
-                    assert!(
-                        !is_of_an_axis || !column.ends_with(other),
-                        "{row} touches {column}"
-                    );
+                    assert!(!is_of_an_axis || !column.ends_with(other), "{row} touches {column}");
                 }
             }
         }
@@ -90,10 +82,7 @@ fn rows_of_an_interval_are_in_the_order_of_their_names() {
     // The two limits of a number sum to their interval; the smaller is approached.
     let acceleration = (v[2] - v[1]) / subproblem.steps[1];
     let mean = (subproblem.directions[1] + subproblem.directions[2]).normalize();
-    let (most, least) = (
-        subproblem.limits.acceleration_max,
-        subproblem.limits.deceleration_max,
-    );
+    let (most, least) = (subproblem.limits.acceleration_max, subproblem.limits.deceleration_max);
     let [above, below] = ["most", "least"].map(|limit| slack(&format!("acceleration[2].{limit}")));
     near(above + below, most + least, 1e-12);
     let middle = f64::midpoint(most, -least) + subproblem.surge_disturbance[1];

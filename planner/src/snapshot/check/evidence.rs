@@ -68,12 +68,7 @@ impl Check {
         }
         let values = [report.north_m, report.east_m, report.sigma_m];
         self.numbers(field, &REPORT, values);
-        let telemetry = [
-            report.depth_m,
-            report.course_rad,
-            report.speed_mps,
-            report.turn_rate_radps,
-        ];
+        let telemetry = [report.depth_m, report.course_rad, report.speed_mps, report.turn_rate_radps];
         for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
             if let Some(value) = value {
                 self.within(format_args!("{field}/{name}"), value, range);

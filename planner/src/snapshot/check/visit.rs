@@ -19,20 +19,13 @@ impl Check {
         self.numbers("/goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min()]);
         match visits.cost {
             VisitCost::Age => {}
-            VisitCost::Uncertainty {
-                growth_m2ps,
-                sigma_m,
-                sigma_rad,
-                interval_s,
-            } => {
+            VisitCost::Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s } => {
                 let values = [growth_m2ps, sigma_m, sigma_rad, interval_s];
                 self.numbers("/goal/cost", &VISIT_UNCERTAINTY, values);
             }
-            VisitCost::Data {
-                growth_kbps,
-                upload_kbps,
-                range_max_m,
-            } => self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]),
+            VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
+                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m])
+            }
         }
         let by_name = [
             ("weights", &visits.weights, WEIGHT),

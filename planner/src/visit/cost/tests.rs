@@ -5,34 +5,18 @@ use crate::tests::near;
 
 const ALL: [VisitCost; 3] = [
     Age,
-    Uncertainty {
-        growth_m2ps: 0.05,
-        sigma_m: 1.5,
-        sigma_rad: 0.02,
-        interval_s: 10.0,
-    },
-    Data {
-        growth_kbps: 0.4,
-        upload_kbps: 3.0,
-        range_max_m: 250.0,
-    },
+    Uncertainty { growth_m2ps: 0.05, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 },
+    Data { growth_kbps: 0.4, upload_kbps: 3.0, range_max_m: 250.0 },
 ];
 
 /// The differential equation of each closed form.
 fn rate(law: &VisitCost, cost: f64, range: f64) -> f64 {
     match *law {
         Age => 0.0,
-        Uncertainty {
-            growth_m2ps,
-            sigma_m,
-            sigma_rad,
-            interval_s,
-        } => growth_m2ps - cost * cost / ((sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s),
-        Data {
-            growth_kbps,
-            upload_kbps,
-            range_max_m,
-        } => {
+        Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s } => {
+            growth_m2ps - cost * cost / ((sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s)
+        }
+        Data { growth_kbps, upload_kbps, range_max_m } => {
             let rate = growth_kbps - upload_kbps * (1.0 - range / range_max_m).max(0.0);
             if cost <= 0.0 { rate.max(0.0) } else { rate }
         }
@@ -66,11 +50,7 @@ fn served_costs_agree_with_numerical_integration() {
             let expected = integrated(law, from, elapsed, range);
             // The midpoint rule errs when a backlog empties, by a step of 5 ms at the fastest rate.
             near(exact.cost, expected.cost, 0.03);
-            near(
-                exact.integral,
-                expected.integral,
-                1e-5 * (1.0 + expected.integral) + 0.05,
-            );
+            near(exact.integral, expected.integral, 1e-5 * (1.0 + expected.integral) + 0.05);
         }
     }
 }
@@ -130,11 +110,7 @@ fn times_of_service_respect_the_least_time_and_empty_a_backlog() {
         for (cost, range, least) in [(0.0, 0.0, 30.0), (900.0, 50.0, 30.0), (1e9, 240.0, 600.0)] {
             let dwells = law.dwells(cost, range, least, &VisitNumbers::DEFAULT);
             assert!((dwells[0] - least).abs() < 1e-12 && dwells.is_sorted());
-            assert!(
-                dwells
-                    .iter()
-                    .all(|dwell| *dwell <= VisitNumbers::DEFAULT.dwell_max.max(least))
-            );
+            assert!(dwells.iter().all(|dwell| *dwell <= VisitNumbers::DEFAULT.dwell_max.max(least)));
         }
     }
     let longest = ALL[2].dwells(100.0, 0.0, 10.0, &VisitNumbers::DEFAULT);

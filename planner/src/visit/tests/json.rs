@@ -24,12 +24,7 @@ fn a_goal_survives_json_with_explicit_defaults() {
     assert_eq!(found, long);
     let mut visit = json!({ "kind": "visit", "auvs": ["a"] });
     visit["cost"] = json!({ "kind": "uncertainty", "growth_m2ps": 0.1 });
-    let whole = VisitCost::Uncertainty {
-        growth_m2ps: 0.1,
-        sigma_m: 1.5,
-        sigma_rad: 0.02,
-        interval_s: 10.0,
-    };
+    let whole = VisitCost::Uncertainty { growth_m2ps: 0.1, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
     let defaulted = task(visit.clone()).expect("valid").goal;
     assert!(matches!(defaulted, Goal::Visit(Visits { cost, .. }) if cost == whole));
     for [member, value, fault] in rows(

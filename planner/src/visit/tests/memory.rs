@@ -29,10 +29,7 @@ fn says(schedule: &Schedule, words: &str) {
 
 /// Reports of the AUV `id` each 10 s until `until`, s, from one position at a depth of 8 m.
 fn heard(id: &VehicleId, place: Vector2<f64>, until: f64) -> Auv {
-    let at = |k: u32| Report {
-        depth_m: Some(8.0),
-        ..Report::new(until - 10.0 * f64::from(k), place, 1.5)
-    };
+    let at = |k: u32| Report { depth_m: Some(8.0), ..Report::new(until - 10.0 * f64::from(k), place, 1.5) };
     Auv::reported(id.clone(), (0..6).map(at).collect())
 }
 
@@ -145,9 +142,7 @@ fn an_added_auv_changes_the_next_visit_at_once_if_better_by_the_margin() {
         let mut task = few.goal.clone();
         let mut after = later(&few, &before, 0.0);
         after.auvs.push(Auv::new("auv-2", resting(0.0, far)));
-        let Goal::Visit(goal) = &mut task.goal else {
-            panic!("the goal visits")
-        };
+        let Goal::Visit(goal) = &mut task.goal else { panic!("the goal visits") };
         goal.auvs.push("auv-2".into());
         goal.costs_now.insert("auv-2".into(), cost);
         after.goal = task;
@@ -160,10 +155,7 @@ fn an_added_auv_changes_the_next_visit_at_once_if_better_by_the_margin() {
 #[test]
 fn a_request_for_the_next_visit_ends_with_it_for_any_least_time() {
     for dwell_min in [0.0, 30.0] {
-        let auvs = [
-            ("auv-0", resting(100.0, 0.0), 0.0),
-            ("auv-1", resting(-112.0, 0.0), 0.0),
-        ];
+        let auvs = [("auv-0", resting(100.0, 0.0), 0.0), ("auv-1", resting(-112.0, 0.0), 0.0)];
         let mut request = two(&auvs, 0.0, 1.0);
         visits(&mut request).costs_now.clear();
         visits(&mut request).dwell_min_s = Some(dwell_min);
@@ -187,14 +179,8 @@ fn a_request_for_the_next_visit_ends_with_it_for_any_least_time() {
         }
         let left = left.expect("the visit is over");
         let arrives = (100.0 - 20.0) / SPEED;
-        assert!(
-            (arrives..arrives + dwell_min + 3.0).contains(&left),
-            "{dwell_min}: {left}"
-        );
-        assert!(
-            request.asc.north_m < 0.0,
-            "{dwell_min}: the other one is not served"
-        );
+        assert!((arrives..arrives + dwell_min + 3.0).contains(&left), "{dwell_min}: {left}");
+        assert!(request.asc.north_m < 0.0, "{dwell_min}: the other one is not served");
         // After another request, a repeated one is visited again.
         visits(&mut request).next = None;
         let released = scheduled(&request);

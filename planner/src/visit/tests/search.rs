@@ -23,10 +23,7 @@ fn the_search_is_optimal_for_up_to_three_auvs() {
             let found = fleet.best_first(first, (None, &[]), 2_000_000, &|| false);
             let found = found.expect("every candidate is in reach");
             assert!(found.exact, "seed {seed}");
-            assert!(
-                (found.value - expected).abs() <= 1e-8 * expected,
-                "{seed}, {first}"
-            );
+            assert!((found.value - expected).abs() <= 1e-8 * expected, "{seed}, {first}");
             n_compared += 1;
         }
     }
@@ -89,12 +86,7 @@ fn no_tour_of_five_auvs_by_the_clock_is_better_and_a_quarter_cost_five_percent_m
 #[test]
 fn among_auvs_side_by_side_the_search_ends_soon() {
     let request = random(7, 16, 10.0);
-    let fleet = Fleet {
-        law: VisitCost::Age,
-        within: 5000.0,
-        dwell_min: 0.0,
-        ..fleet(&request, 7200.0)
-    };
+    let fleet = Fleet { law: VisitCost::Age, within: 5000.0, dwell_min: 0.0, ..fleet(&request, 7200.0) };
     let tried = SchedulingParameters::default().visits_tried;
     let looks = Cell::new(0);
     let looked = || {
@@ -113,13 +105,7 @@ fn among_auvs_side_by_side_the_search_ends_soon() {
 fn schedules_respect_their_bound_and_the_order_and_length_of_visits() {
     for seed in 0..120 {
         let schedule = scheduled(&random(1000 + seed, 1 + seed % 6, 900.0));
-        let Schedule {
-            gap,
-            bound,
-            cost,
-            visits,
-            ..
-        } = &schedule;
+        let Schedule { gap, bound, cost, visits, .. } = &schedule;
         assert!((0.0..=1.0).contains(gap), "seed {seed}: {gap}");
         assert!(0.0 <= *bound && bound <= cost);
         let mut others = schedule.alternatives.iter();
@@ -138,10 +124,7 @@ fn a_visit_is_at_the_forecast_position_of_its_auv() {
         // Faster than the threshold of rest.
         states(&mut request).for_each(|state| state.speed_mps += 0.1);
         for visit in scheduled(&request).visits {
-            let state = request
-                .auv(&visit.auv)
-                .and_then(|auv| auv.state)
-                .expect("is given");
+            let state = request.auv(&visit.auv).and_then(|auv| auv.state).expect("is given");
             let expected = state.position() + state.velocity() * (visit.arrive_s - request.t_s);
             near_to(Vector2::new(visit.north_m, visit.east_m), expected, 1e-6);
         }

@@ -28,11 +28,7 @@ fn a_plan_follows_and_returns_its_schedule() {
 
 fn planned(request: &PlanRequest) -> crate::Plan {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    crate::plan(
-        &snapshot,
-        &crate::Parameters::default(),
-        &mut crate::Workspace::default(),
-    )
+    crate::plan(&snapshot, &crate::Parameters::default(), &mut crate::Workspace::default())
 }
 
 /// The goal along the schedule of a request.
@@ -46,10 +42,7 @@ fn scheduled_goal(request: PlanRequest) -> (Snapshot, GoalForecast, Schedule) {
 #[test]
 fn a_distant_next_auv_does_not_shorten_a_visit() {
     // 40 m before the first AUV, at full speed; the next one is 600 m behind it.
-    let auvs = [
-        ("here", resting(40.0, 0.0), 1.0),
-        ("far", resting(-560.0, 0.0), 20.0),
-    ];
+    let auvs = [("here", resting(40.0, 0.0), 1.0), ("far", resting(-560.0, 0.0), 20.0)];
     let mut request = two(&auvs, 0.0, SPEED);
     let goal = visits(&mut request);
     (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], Some(30.0), Some("here".into()));
@@ -79,11 +72,7 @@ fn the_goal_departs_from_the_first_auv_no_faster_than_the_craft() {
     for apart in [41.0, 45.0, 60.0, 300.0] {
         for (course, speed) in [(0.0, 0.0), (0.7, 0.4), (4.0, 0.3)] {
             let at = |north: f64| moving(north, 0.0, 5.0, course, speed);
-            let mut request = two(
-                &[("here", at(40.0), 0.8), ("there", at(40.0 + apart), 12.0)],
-                0.0,
-                1.0,
-            );
+            let mut request = two(&[("here", at(40.0), 0.8), ("there", at(40.0 + apart), 12.0)], 0.0, 1.0);
             request.asc.north_m = 59.0;
             let goal = visits(&mut request);
             (goal.cost, goal.dwell_min_s, goal.next) = (costs()[1], Some(30.0), Some("here".into()));

@@ -58,11 +58,7 @@ pub enum ControlLaw {
 impl Controller {
     /// A law with the information that the scenario grants.
     pub(super) fn law(law: LosLaw) -> Self {
-        Self {
-            name: law.name().to_owned(),
-            law: ControlLaw::Tuned(law),
-            entry: ControllerFile::default(),
-        }
+        Self { name: law.name().to_owned(), law: ControlLaw::Tuned(law), entry: ControllerFile::default() }
     }
 
     /// `true` if it takes part in `scenario`. A law uses only the present, so knowing the paths
@@ -138,10 +134,7 @@ impl Controller {
             ControlLaw::Planner { forecast: None, .. } => {
                 "forecasts along paths where known, else by rate of turn, and with the drift that it found out"
             }
-            ControlLaw::Planner {
-                forecast: Some(model),
-                ..
-            } => match model {
+            ControlLaw::Planner { forecast: Some(model), .. } => match model {
                 ForecastModel::Hold => "forecasts that all stay where they are",
                 ForecastModel::ConstantVelocity => {
                     "forecasts that all keep their velocity, and the drift that it found out"
@@ -198,17 +191,14 @@ impl Controller {
 
     /// The guide, without memory, at a point of its grid.
     pub(crate) fn guide(&self, setting: Setting) -> Box<dyn Guide> {
-        let gains = |law| -> LosTuning {
-            setting
-                .gains
-                .map_or_else(|| grid(law)[0], |gains| tuned(law, gains))
-        };
+        let gains =
+            |law| -> LosTuning { setting.gains.map_or_else(|| grid(law)[0], |gains| tuned(law, gains)) };
         let (guide, forecast): (Box<dyn Guide>, _) = match &self.law {
             ControlLaw::Fixed(tuning) => (Box::new(LosGuide::tuned(*tuning)), None),
             ControlLaw::Tuned(law) => (Box::new(LosGuide::tuned(gains(*law))), None),
-            ControlLaw::Planner {
-                parameters, forecast, ..
-            } => (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast),
+            ControlLaw::Planner { parameters, forecast, .. } => {
+                (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast)
+            }
             ControlLaw::Guide(url) => (Box::new(HttpGuide::new(url)), None),
         };
         let guide = match self.entry.rule {

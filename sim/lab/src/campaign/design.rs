@@ -170,13 +170,7 @@ impl Campaign {
                 cases.extend(all.into_iter().map(|case| case.with_controllers(&controllers)));
             }
         }
-        let made = Self {
-            file: campaign,
-            text: text.to_owned(),
-            scenario_files,
-            controllers,
-            cases,
-        };
+        let made = Self { file: campaign, text: text.to_owned(), scenario_files, controllers, cases };
         let checked = made.check_parameters();
         checked.map_err(|(field, reason)| invalid(field, reason))?;
         Ok(made)
@@ -281,12 +275,7 @@ impl Campaign {
             let mut first = 0;
             while first < self.file.replicates {
                 let count = count.min(self.file.replicates - first);
-                chunks.push(Chunk {
-                    number: chunks.len() as u64,
-                    case,
-                    first,
-                    count,
-                });
+                chunks.push(Chunk { number: chunks.len() as u64, case, first, count });
                 first += count;
             }
         }
@@ -304,21 +293,14 @@ impl Campaign {
 
     pub(super) fn tuning_conditions(&self, case: usize) -> impl Iterator<Item = Condition> {
         let replicates = self.file.tuning.as_ref().map_or(0, |tuning| tuning.replicates);
-        (0..replicates).map(move |replicate| Condition {
-            case,
-            replicate,
-            tuning: true,
-        })
+        (0..replicates).map(move |replicate| Condition { case, replicate, tuning: true })
     }
 
     /// The seed of a condition's mission.
     pub fn seed(&self, condition: Condition) -> u64 {
         let tuning = self.file.tuning.as_ref();
-        let first = if condition.tuning {
-            tuning.and_then(|tuning| tuning.first_seed)
-        } else {
-            self.file.first_seed
-        };
+        let first =
+            if condition.tuning { tuning.and_then(|tuning| tuning.first_seed) } else { self.file.first_seed };
         match first {
             Some(first) => first + condition.replicate,
             None => self.rng(condition, 0).random_range(1..SEED_MAX),
@@ -353,11 +335,7 @@ impl Campaign {
     }
 
     fn n_objectives(&self, controller: usize) -> usize {
-        if self.controllers[controller].is_tuned() {
-            self.objectives().len()
-        } else {
-            1
-        }
+        if self.controllers[controller].is_tuned() { self.objectives().len() } else { 1 }
     }
 
     pub(super) fn runs_per_condition(&self, case: usize) -> u64 {
@@ -391,9 +369,5 @@ impl Campaign {
 }
 
 fn crafts(file: &CampaignFile) -> Vec<CraftEntry> {
-    if file.craft.is_empty() {
-        vec![CraftEntry::Scenario]
-    } else {
-        file.craft.clone()
-    }
+    if file.craft.is_empty() { vec![CraftEntry::Scenario] } else { file.craft.clone() }
 }

@@ -173,10 +173,7 @@ impl Directory {
         }
         let json = serde_json::to_vec_pretty(&manifest).expect("texts and numbers only");
         write_whole(&file, &json).map_err(|source| io_error(&file, source))?;
-        Ok(Self {
-            path: path.to_owned(),
-            manifest,
-        })
+        Ok(Self { path: path.to_owned(), manifest })
     }
 
     /// The directory at `path`, which holds a campaign.
@@ -184,10 +181,7 @@ impl Directory {
         let text = fs::read(path.join(MANIFEST)).ok();
         let manifest = text.and_then(|text| serde_json::from_slice(&text).ok());
         let manifest = manifest.ok_or_else(|| DirectoryError::NotOne(path.display().to_string()))?;
-        Ok(Self {
-            path: path.to_owned(),
-            manifest,
-        })
+        Ok(Self { path: path.to_owned(), manifest })
     }
 
     /// Its path.
@@ -292,10 +286,7 @@ impl Directory {
             let appended = all.append(part.rows()?);
             appended.map_err(|source| damaged(&part.path, source))?;
         }
-        let manifest = Manifest {
-            shard: Shard::WHOLE,
-            ..first.manifest.clone()
-        };
+        let manifest = Manifest { shard: Shard::WHOLE, ..first.manifest.clone() };
         let whole = Self::create(path, manifest)?;
         whole.write(&whole.path.join(RUNS), &all)?;
         Ok((whole, all))

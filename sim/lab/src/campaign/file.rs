@@ -230,11 +230,7 @@ fn compared() -> Vec<String> {
 
 impl Default for ReportFile {
     fn default() -> Self {
-        Self {
-            reference: None,
-            metrics: compared(),
-            pareto_front: None,
-        }
+        Self { reference: None, metrics: compared(), pareto_front: None }
     }
 }
 

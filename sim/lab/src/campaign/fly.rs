@@ -66,10 +66,7 @@ pub(crate) fn fly_while(
             return Ok(None);
         }
     }
-    Ok(Some(FlownMission {
-        record: mission.into_record(),
-        learnt,
-    }))
+    Ok(Some(FlownMission { record: mission.into_record(), learnt }))
 }
 
 /// The row of a run, whose condition has this lower bound of `rms_m`. If the mission fails, the row
@@ -197,10 +194,7 @@ pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     // Goal, current and plant are the same under every controller.
     let mut controller = Controller::law(LosLaw::SaturatedLos);
     controller.entry.variation = first;
-    let setting = Setting {
-        gains: Some(grid(LosLaw::SaturatedLos)[0].into()),
-        dwell_s: None,
-    };
+    let setting = Setting { gains: Some(grid(LosLaw::SaturatedLos)[0].into()), dwell_s: None };
     let flown = fly(campaign, condition, &controller, setting).ok()?;
     bound_rms_m(&flown.record)
 }

@@ -30,10 +30,7 @@ impl Setting {
         let dwells = some_or_none(dwells.iter().copied());
         let with = |gains: &Option<LawGains>| {
             let gains = *gains;
-            dwells.iter().map(move |dwell_s| Self {
-                gains,
-                dwell_s: *dwell_s,
-            })
+            dwells.iter().map(move |dwell_s| Self { gains, dwell_s: *dwell_s })
         };
         laws.iter().flat_map(with).collect()
     }
@@ -55,14 +52,7 @@ pub(crate) fn grid(law: LosLaw) -> Vec<LosTuning> {
     for &integral_gain in integral_gains {
         for look_ahead in LOOK_AHEADS {
             for along_track_gain in ALONG_TRACK_GAINS {
-                grid.push(LosTuning {
-                    law,
-                    gains: LosGains {
-                        look_ahead,
-                        along_track_gain,
-                    },
-                    integral_gain,
-                });
+                grid.push(LosTuning { law, gains: LosGains { look_ahead, along_track_gain }, integral_gain });
             }
         }
     }

@@ -55,10 +55,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
         },
         dwell_s: cell("dwell_s"),
     };
-    let gains = RunGains {
-        setting,
-        objectives: before.words("objectives").unwrap_or_default().concat(),
-    };
+    let gains = RunGains { setting, objectives: before.words("objectives").unwrap_or_default().concat() };
     let flown = fly(campaign, run.condition, controller, setting);
     let record = flown.map_err(ReplayError::Mission)?.record;
     let again = result(campaign, run, &gains, bound(campaign, run.condition));

@@ -26,22 +26,11 @@ pub(super) const MORE: [&str; 4] = ["too_fast_steps_percent", "alarms", "alarm_s
 pub(super) const LEARNT: [[&str; 3]; 3] = [
     ["heading_lag_s", "heading_lag_sigma_s", "heading_lag_tested_s"],
     ["surge_lag_s", "surge_lag_sigma_s", "surge_lag_tested_s"],
-    [
-        "sway_per_yaw_rate_s",
-        "sway_per_yaw_rate_sigma_s",
-        "sway_per_yaw_rate_tested_s",
-    ],
+    ["sway_per_yaw_rate_s", "sway_per_yaw_rate_sigma_s", "sway_per_yaw_rate_tested_s"],
 ];
 
 /// Columns of words; the others hold numbers.
-const WORDS: [&str; 6] = [
-    "scenario",
-    "craft",
-    "controller",
-    "information",
-    "objectives",
-    "failure",
-];
+const WORDS: [&str; 6] = ["scenario", "craft", "controller", "information", "objectives", "failure"];
 
 /// Rows by the number of their run, all with the same columns; the first is `run`.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -99,10 +88,7 @@ impl Rows {
 
     /// The table with the columns of `row`.
     pub(super) fn without_rows(row: Row) -> Self {
-        Self {
-            rows: BTreeMap::new(),
-            ..Self::of([row])
-        }
+        Self { rows: BTreeMap::new(), ..Self::of([row]) }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "numbers of runs, from 0 to 2⁵³")]
@@ -160,10 +146,7 @@ impl Rows {
 
     /// The row of a run; none if it is missing.
     pub(super) fn only(&self, number: u64) -> Option<Self> {
-        Some(Self {
-            names: self.names.clone(),
-            rows: [(number, self.rows.get(&number)?.clone())].into(),
-        })
+        Some(Self { names: self.names.clone(), rows: [(number, self.rows.get(&number)?.clone())].into() })
     }
 
     /// SHA-256 of all cells except the measured ones, column by column. Equal rows: equal digests.

@@ -51,11 +51,8 @@ pub fn run(
     };
     let gains = found_gains(campaign, directory, &left, jobs, &mut note_tuned)?;
     // Few chunks are flown one after the other, each by all threads.
-    let (at_once, threads) = if jobs.get() <= left.len() {
-        (jobs, NonZeroUsize::MIN)
-    } else {
-        (NonZeroUsize::MIN, jobs)
-    };
+    let (at_once, threads) =
+        if jobs.get() <= left.len() { (jobs, NonZeroUsize::MIN) } else { (NonZeroUsize::MIN, jobs) };
     // Numbers of runs and of failed runs.
     let fly = |chunk: &Chunk| -> Result<(usize, usize), DirectoryError> {
         let rows = flown(campaign, *chunk, &gains[chunk.case], threads)?;

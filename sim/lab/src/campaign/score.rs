@@ -72,10 +72,7 @@ pub(super) fn steps_above(rate: f64, record: &Record) -> (f64, f64) {
 }
 
 /// A column: its name, with the unit at the end, and its value.
-type Number = (
-    &'static str,
-    fn(&Score, &SurfaceCraftMetrics, &Violations) -> Option<f64>,
-);
+type Number = (&'static str, fn(&Score, &SurfaceCraftMetrics, &Violations) -> Option<f64>);
 
 impl Score {
     pub(super) fn value(&self, (_, of): Number) -> Option<f64> {
@@ -118,12 +115,8 @@ pub(super) const SCORES: [Number; 35] = [
     ("range_violation_s", |_, _, v| Some(v.range_m.duration_s)),
     ("energy_violations", |_, _, v| count(v.energy_j.count)),
     ("answers_mpc", |_, m, _| count(m.answers_by_method.mpc)),
-    ("answers_previous_plan", |_, m, _| {
-        count(m.answers_by_method.previous_plan)
-    }),
-    ("answers_saturated_los", |_, m, _| {
-        count(m.answers_by_method.saturated_los)
-    }),
+    ("answers_previous_plan", |_, m, _| count(m.answers_by_method.previous_plan)),
+    ("answers_saturated_los", |_, m, _| count(m.answers_by_method.saturated_los)),
     ("answers_hold", |_, m, _| count(m.answers_by_method.hold)),
     ("navigation_rms_m", |_, m, _| Some(m.localisation?.rms_m)),
     ("navigation_max_m", |_, m, _| Some(m.localisation?.max_m)),
@@ -131,9 +124,7 @@ pub(super) const SCORES: [Number; 35] = [
     ("visit_max_cost", |_, m, _| Some(m.visits?.max_cost)),
     ("visits", |_, m, _| count(m.visits?.visits)),
     ("visit_changes", |_, m, _| count(m.visits?.changes)),
-    ("visit_deadlines_missed", |_, m, _| {
-        count(m.visits?.deadlines_missed)
-    }),
+    ("visit_deadlines_missed", |_, m, _| count(m.visits?.deadlines_missed)),
 ];
 
 /// Distance of a speed reference from its limits, m/s; 0 within them, up to rounding.
@@ -163,10 +154,7 @@ mod tests {
     }
 
     fn reference(speed: f64, degrees: f64) -> Reference {
-        Reference {
-            speed,
-            heading: Heading::new(degrees.to_radians()),
-        }
+        Reference { speed, heading: Heading::new(degrees.to_radians()) }
     }
 
     #[test]

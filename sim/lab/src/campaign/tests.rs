@@ -60,9 +60,7 @@ fn campaign(text: &str) -> Campaign {
 }
 
 fn refused(text: &str) -> String {
-    Campaign::parse(text, "small.toml", ScenarioFiles::default())
-        .expect_err("is refused")
-        .to_string()
+    Campaign::parse(text, "small.toml", ScenarioFiles::default()).expect_err("is refused").to_string()
 }
 
 fn flown(campaign: &Campaign, path: &Path, jobs: usize, shard: Shard) -> (Directory, Rows) {
@@ -133,13 +131,8 @@ dwell_s = 40 | dwell_s = nan | controllers[1].rule.dwell_s: NaN is outside
 fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
     for (file, mistakes) in [(SMALL, MISTAKES), (VISITS, MISTAKES_OF_RULES)] {
         for mistake in mistakes.lines().filter(|line| !line.is_empty()) {
-            let parts: Vec<String> = mistake
-                .splitn(3, " | ")
-                .map(|part| part.replace("\\n", "\n"))
-                .collect();
-            let [right, wrong, says] = &parts[..] else {
-                panic!("{mistake}")
-            };
+            let parts: Vec<String> = mistake.splitn(3, " | ").map(|part| part.replace("\\n", "\n")).collect();
+            let [right, wrong, says] = &parts[..] else { panic!("{mistake}") };
             assert!(file.contains(right), "{mistake}");
             let message = refused(&file.replacen(right, wrong, 1));
             assert!(message.contains(says), "{message}\n{mistake}");
@@ -194,10 +187,7 @@ mod slow {
         let condition = campaign.tuning_conditions(0).next().expect("is one");
         let value = |setting| {
             let flown = fly(campaign, condition, controller, setting).expect("flies");
-            (
-                setting,
-                objective.of(&Score::of(&flown.record).expect("has a craft")),
-            )
+            (setting, objective.of(&Score::of(&flown.record).expect("has a craft")))
         };
         controller.grid().into_iter().map(value).collect()
     }
@@ -227,11 +217,7 @@ mod slow {
         assert!(costs[..3].iter().all(|cost| cost.is_some_and(|cost| 5.0 < cost)) && costs[3].is_none());
         // The bound is of a goal that is the same for all.
         let bounds = numbers("bound_rms_m").into_iter();
-        assert!(
-            bounds
-                .map(|bound| bound.is_some())
-                .eq([false, false, false, true])
-        );
+        assert!(bounds.map(|bound| bound.is_some()).eq([false, false, false, true]));
         for run in 0..4 {
             assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
         }
@@ -313,11 +299,7 @@ mod slow {
         assert!(crafts.contains(&"otter") && crafts.contains(&"scenario"));
         for case in 0..campaign.cases.len() {
             for condition in campaign.tuning_conditions(case) {
-                let scored = |replicate| Condition {
-                    replicate,
-                    tuning: false,
-                    ..condition
-                };
+                let scored = |replicate| Condition { replicate, tuning: false, ..condition };
                 let mut scored = (0..campaign.file.replicates).map(scored);
                 assert!(scored.all(|scored| campaign.seed(scored) != campaign.seed(condition)));
             }
@@ -328,9 +310,7 @@ mod slow {
     fn the_number_of_a_run_finds_it_and_its_replay_is_bit_identical() {
         let (campaign, rows) = small();
         let conditions = campaign.chunks().into_iter().flat_map(Chunk::conditions);
-        let all: Vec<_> = conditions
-            .flat_map(|condition| campaign.runs_in(condition))
-            .collect();
+        let all: Vec<_> = conditions.flat_map(|condition| campaign.runs_in(condition)).collect();
         assert_eq!(all.len() as u64, campaign.n_runs());
         for (number, run) in (0..).zip(&all) {
             assert_eq!((run.number, campaign.run(number)), (number, Some(*run)));
@@ -371,13 +351,8 @@ planner = {}
         let words = |name: &str, i: usize| rows.words(name).expect("a column")[i];
         let cell = |name: &str, i: usize| rows.numbers(name).expect("a column")[i].expect("has a value");
         for i in 0..rows.len() {
-            let scenario = Scenario::named(words("scenario", i))
-                .expect("exists")
-                .lasting(60.0);
-            let gains = LosGains {
-                look_ahead: 5.0,
-                along_track_gain: 0.15,
-            };
+            let scenario = Scenario::named(words("scenario", i)).expect("exists").lasting(60.0);
+            let gains = LosGains { look_ahead: 5.0, along_track_gain: 0.15 };
             let mut guide: Box<dyn Guide> = match words("controller", i) {
                 "law" => Box::new(LosGuide::new(gains)),
                 _ => Box::new(MpcGuide::new(Parameters::default())),
@@ -416,10 +391,7 @@ planner = {}
     #[test]
     fn a_planner_without_the_craft_s_response_flies_another_mission_and_learns_the_response() {
         let text = SMALL
-            .replace(
-                "craft = [\"scenario\", \"otter\"]",
-                "craft = [{ random = { first = 7, count = 1 } }]",
-            )
+            .replace("craft = [\"scenario\", \"otter\"]", "craft = [{ random = { first = 7, count = 1 } }]")
             .replace(", \"noisy-fixes\"", "")
             .replace("duration_s = 40", "duration_s = 320")
             .replace("replicates = 3", "replicates = 1")
@@ -451,10 +423,7 @@ variation = { breakdown = { what = "port_thruster_lost", at_s = 150.0 } }
         for name in LEARNT.as_flattened() {
             assert!(of("speeds alone", name).is_some_and(f64::is_finite), "{name}");
         }
-        assert_eq!(
-            of("mpc auto", "heading_lag_tested_s"),
-            of("speeds alone", "heading_lag_tested_s")
-        );
+        assert_eq!(of("mpc auto", "heading_lag_tested_s"), of("speeds alone", "heading_lag_tested_s"));
         assert_eq!(of("saturated_los", "alarms"), None);
         assert_eq!(of("mpc auto", "noticed_after_s"), None);
         let noticed = of("thruster lost", "noticed_after_s").expect("a lost thruster is noticed");

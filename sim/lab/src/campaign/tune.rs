@@ -40,10 +40,7 @@ impl Gains {
     ) -> Option<RunGains> {
         let controller = &campaign.controllers[controller];
         if !controller.is_tuned() {
-            return Some(RunGains {
-                setting: controller.grid()[0],
-                ..RunGains::default()
-            });
+            return Some(RunGains { setting: controller.grid()[0], ..RunGains::default() });
         }
         let tuned = self.0.iter().find(|tuned| tuned.controller == controller.name)?;
         let gains = |k: usize| tuned.best.get(k).map(|best| best.setting);
@@ -54,18 +51,14 @@ impl Gains {
         let objectives = campaign.objectives().iter().enumerate();
         let shared = objectives.filter(|(k, _)| gains(*k) == Some(setting));
         let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
-        Some(RunGains {
-            setting,
-            objectives: names.join(" "),
-        })
+        Some(RunGains { setting, objectives: names.join(" ") })
     }
 }
 
 /// Controllers of a case that are tuned.
 pub(super) fn tuned_in(campaign: &Campaign, case: usize) -> Vec<usize> {
     let all = campaign.cases[case].controllers.iter().copied();
-    all.filter(|&controller| campaign.controllers[controller].is_tuned())
-        .collect()
+    all.filter(|&controller| campaign.controllers[controller].is_tuned()).collect()
 }
 
 /// The best settings of one controller in one case; the grid's first among equals. Points with a
@@ -90,10 +83,7 @@ pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &m
             }
         }
     }
-    Tuned {
-        controller: controller.name.clone(),
-        best,
-    }
+    Tuned { controller: controller.name.clone(), best }
 }
 
 /// Means of the objectives at `setting`; `None` if a mission failed, or once all must exceed

@@ -34,10 +34,7 @@ fn best(pursuit: &Pursuit) -> Clairvoyant {
 }
 
 fn mean_square(pursuit: &Pursuit, positions: &[Vector2<f64>]) -> f64 {
-    let squares = positions
-        .iter()
-        .zip(&pursuit.goal)
-        .map(|(p, r)| (p - r).norm_squared());
+    let squares = positions.iter().zip(&pursuit.goal).map(|(p, r)| (p - r).norm_squared());
     squares.sum::<f64>() / positions.len() as f64
 }
 

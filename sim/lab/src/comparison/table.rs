@@ -84,11 +84,7 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result 
         write_row(f, &head, columns.iter().map(value))?;
     }
     let known = |controller: &Controller| {
-        if controller.information.current_known {
-            "yes"
-        } else {
-            "no"
-        }
+        if controller.information.current_known { "yes" } else { "no" }
     };
     write_row(f, "current known", block.iter().map(known))?;
     writeln!(f)

@@ -57,10 +57,8 @@ fn answer_all(mut stream: TcpStream, law: &Law) -> Option<()> {
         if status == 0 {
             return None;
         }
-        let head = format!(
-            "HTTP/1.1 {status} Any\r\nlocation: /there\r\ncontent-length: {}\r\n\r\n",
-            text.len()
-        );
+        let head =
+            format!("HTTP/1.1 {status} Any\r\nlocation: /there\r\ncontent-length: {}\r\n\r\n", text.len());
         stream.write_all((head + &text).as_bytes()).ok()?;
     }
 }
@@ -165,11 +163,7 @@ fn a_law_without_a_reference_ends_the_mission_with_its_fault() {
         [(); 3].map(|()| parts.next().expect("three parts").to_owned())
     });
     let long = [
-        [
-            "200",
-            "go\n  north",
-            "(expected value at line 1 column 1): go north",
-        ],
+        ["200", "go\n  north", "(expected value at line 1 column 1): go north"],
         ["200", "\u{1b}[2J\u{9b}1A", "\u{fffd}[2J\u{fffd}1A"],
         ["200", &remembers, "more than 4096"],
         ["200", &large, "more than 1048576 bytes"],
@@ -297,10 +291,7 @@ fn a_campaign_stops_without_its_law_and_continues_when_the_law_is_back() {
         fly(&campaign, &directory, jobs, &mut |_| {})
     };
     let stopped = fly_in("one", 2).expect_err("its law is away").to_string();
-    assert!(
-        stopped.contains("at 7 s") && stopped.contains("run it again to continue"),
-        "{stopped}"
-    );
+    assert!(stopped.contains("at 7 s") && stopped.contains("run it again to continue"), "{stopped}");
     dies.store(false, Ordering::Relaxed);
     let rows = fly_in("one", 3).expect("flies");
     assert_eq!(rows.len(), 12);

@@ -70,22 +70,13 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<F
 /// Least squares of `model`, which gives the residuals at parameters, from `start` on.
 /// Levenberg's and Marquardt's method as MINPACK has it.
 pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Fitted {
-    let problem = Problem {
-        model,
-        parameters: DVector::from_column_slice(start),
-    };
+    let problem = Problem { model, parameters: DVector::from_column_slice(start) };
     // How it ended does not matter: the interval describes the point where it stopped.
-    let (problem, _) = LevenbergMarquardt::new()
-        .with_patience(PATIENCE)
-        .with_tol(TOLERANCE)
-        .minimize(problem);
+    let (problem, _) =
+        LevenbergMarquardt::new().with_patience(PATIENCE).with_tol(TOLERANCE).minimize(problem);
     let parameters = problem.parameters.as_slice().to_vec();
     let residuals = (problem.model)(&parameters);
-    Fitted {
-        sum_of_squares: residuals.iter().map(|r| r * r).sum(),
-        parameters,
-        residuals,
-    }
+    Fitted { sum_of_squares: residuals.iter().map(|r| r * r).sum(), parameters, residuals }
 }
 
 /// The initial guess with the least sum of squares.
@@ -154,9 +145,7 @@ pub(super) fn estimates(
         }
     }
     let eigen = information.symmetric_eigen();
-    let inverse = eigen
-        .eigenvalues
-        .map(|value: f64| 1.0 / value.max(INFORMATION_MIN));
+    let inverse = eigen.eigenvalues.map(|value: f64| 1.0 / value.max(INFORMATION_MIN));
     let inverse = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
     let covariance = &inverse * middle * &inverse;
 
@@ -179,9 +168,7 @@ fn autocovariance(residuals: &[f64], n_parameters: usize) -> Vec<f64> {
     let variance = at(0);
     // Two standard deviations of the correlation of white noise.
     let noise = 2.0 / count.sqrt() * variance;
-    let lags = (1..LAGS_MAX.min(n))
-        .map(at)
-        .take_while(|covariance| noise < covariance.abs());
+    let lags = (1..LAGS_MAX.min(n)).map(at).take_while(|covariance| noise < covariance.abs());
     std::iter::once(variance).chain(lags).collect()
 }
 

@@ -129,13 +129,7 @@ pub(super) fn fit(log: &Log, reference: &HeldReference, water: Option<&Water>) -
     let channels = std::iter::once(0..fitted.residuals.len()).collect::<Vec<_>>();
     let estimates = fit::estimates(|p| residuals(order, p), &fitted, &channels);
     let (simulated, predicted) = simulate(log, reference, water, &Loop::of(order, &fitted.parameters));
-    HeadingFit {
-        order,
-        fit: fitted,
-        estimates,
-        simulated,
-        predicted,
-    }
+    HeadingFit { order, fit: fitted, estimates, simulated, predicted }
 }
 
 /// The first row after the settling time.
@@ -182,11 +176,7 @@ fn simulate(
         if !steers(row) {
             (psi, rate) = (log.headings()[i] - law.compass_bias, 0.0);
         }
-        simulated.push(Motion {
-            heading: psi,
-            yaw_rate: rate,
-            ..Motion::default()
-        });
+        simulated.push(Motion { heading: psi, yaw_rate: rate, ..Motion::default() });
         let Some(next) = rows.get(i + 1) else { break };
         let mut left = next.time - row.time;
         while SHORTEST < left {
@@ -262,10 +252,7 @@ impl HeadingFit {
         let mut parameters = match self.order {
             LoopOrder::First => vec![time_constant(Quantity::HeadingTimeConstant, time)],
             LoopOrder::Second => {
-                let frequency = Estimate {
-                    value: -time.value,
-                    ..time
-                };
+                let frequency = Estimate { value: -time.value, ..time };
                 vec![
                     positive(Quantity::HeadingNaturalFrequency, frequency),
                     positive(Quantity::HeadingDamping, self.estimates[4]),

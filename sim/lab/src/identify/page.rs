@@ -100,9 +100,7 @@ fn digits(number: f64) -> String {
     }
     #[expect(clippy::cast_possible_truncation, reason = "the exponent of a double")]
     let exponent = number.abs().log10().floor() as i32;
-    let decimals = i32::try_from(DIGITS)
-        .map_or(0, |digits| digits - 1 - exponent)
-        .clamp(0, 9);
+    let decimals = i32::try_from(DIGITS).map_or(0, |digits| digits - 1 - exponent).clamp(0, 9);
     let decimals = usize::try_from(decimals).expect("clamped");
     format!("{number:.decimals$}")
 }

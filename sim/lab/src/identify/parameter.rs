@@ -44,10 +44,9 @@ impl Quantity {
             Self::HeadingNaturalFrequency => ("heading_loop/natural_frequency_radps", HEADING_STEPS),
             Self::HeadingDamping => ("heading_loop/damping", HEADING_STEPS),
             Self::HeadingDelay => ("heading_loop/delay_s", HEADING_STEPS),
-            Self::HeadingRateMax => (
-                "heading_loop/rate_max_radps",
-                "heading steps of 120 to 170 degrees at working speed",
-            ),
+            Self::HeadingRateMax => {
+                ("heading_loop/rate_max_radps", "heading steps of 120 to 170 degrees at working speed")
+            }
             Self::SurgeTimeConstant => ("surge_loop/time_constant_s", SPEED_STEPS),
             Self::SurgeDelay => ("surge_loop/delay_s", SPEED_STEPS),
             Self::AccelerationMax => (
@@ -109,13 +108,7 @@ pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
     let half = fit::QUANTILE * logarithm.sigma;
     let [low, estimate, high] = [-half, 0.0, half].map(|by| (logarithm.value + by).exp());
     let wide = RELATIVE_WIDTH_MAX * estimate;
-    Parameter {
-        quantity,
-        estimate,
-        low,
-        high,
-        identified: high - estimate <= wide && estimate - low <= wide,
-    }
+    Parameter { quantity, estimate, low, high, identified: high - estimate <= wide && estimate - low <= wide }
 }
 
 /// A time constant from its logarithm. Near 0, it is well known although the logarithm is not.

@@ -34,10 +34,7 @@ pub(super) fn fit(log: &Log, motion: &[Motion]) -> Vec<Parameter> {
         fit::estimates(model, &least_squares(model, start), &channels)
     };
     let both = of(&|p| residuals(p[0], p[1]), &[1.0, 1.0]);
-    let none = Estimate {
-        value: 0.0,
-        sigma: 0.0,
-    };
+    let none = Estimate { value: 0.0, sigma: 0.0 };
     let [linear, cubic] = if both[0].value < 0.0 {
         [none, of(&|p| residuals(0.0, p[0]), &[1.0])[0]]
     } else if both[1].value < 0.0 {
@@ -63,10 +60,7 @@ pub(super) fn fit(log: &Log, motion: &[Motion]) -> Vec<Parameter> {
         high: (estimate.value + QUANTILE * estimate.sigma).max(0.0),
         identified,
     };
-    vec![
-        parameter(Quantity::PowerLinear, linear),
-        parameter(Quantity::PowerCubic, cubic),
-    ]
+    vec![parameter(Quantity::PowerLinear, linear), parameter(Quantity::PowerCubic, cubic)]
 }
 
 /// Speed, m/s, and power, W, while the craft went straight at a steady speed.

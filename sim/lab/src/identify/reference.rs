@@ -35,11 +35,7 @@ impl HeldReference {
 
     /// Reads it with a delay, s, from `time` on; before the first row it has the first value.
     pub(super) fn late(&self, delay: f64, time: f64) -> Reader<'_> {
-        Reader {
-            held: self,
-            row: 0,
-            time: time - delay,
-        }
+        Reader { held: self, row: 0, time: time - delay }
     }
 }
 

@@ -103,9 +103,7 @@ impl Loop {
             acceleration_max: parameters[ACCELERATION].exp(),
             deceleration_max: parameters[DECELERATION].exp(),
             sway_per_yaw_rate: parameters[SWAY],
-            sway_lag: parameters[SWAY_LAG]
-                .exp()
-                .clamp(*SWAY_LAGS.start(), *SWAY_LAGS.end()),
+            sway_lag: parameters[SWAY_LAG].exp().clamp(*SWAY_LAGS.start(), *SWAY_LAGS.end()),
             integral_rate: parameters[INTEGRAL_RATE],
             current: Vector2::new(ground(CURRENT_NORTH), ground(CURRENT_EAST)),
             compass_bias: ground(COMPASS_BIAS),
@@ -124,11 +122,8 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
         straight: straight(log, heading),
     };
     // In rounds: the first shows the noise of each kind of measurement.
-    let mut model = Model {
-        held: SpeedReference::ThroughWater,
-        integrates: true,
-        weights: [1.0; N_CHANNELS],
-    };
+    let mut model =
+        Model { held: SpeedReference::ThroughWater, integrates: true, weights: [1.0; N_CHANNELS] };
     let mut through_water = data.fit(&model, &data.start(&model));
     let mut over_ground = through_water.clone();
     for _ in 0..2 {
@@ -146,11 +141,7 @@ pub(super) fn fit(log: &Log, heading: &[Motion]) -> SurgeFit {
     }
     let better = data.has_ground.then(|| fit::better(&through_water, &over_ground));
     let speed_held = better.flatten().map(|through_water| {
-        if through_water {
-            SpeedReference::ThroughWater
-        } else {
-            SpeedReference::OverGround
-        }
+        if through_water { SpeedReference::ThroughWater } else { SpeedReference::OverGround }
     });
     model.held = speed_held.unwrap_or(SpeedReference::ThroughWater);
     let mut fitted = match model.held {
@@ -254,9 +245,7 @@ impl Data<'_> {
         for ((kind, weight), of_surge) in kinds.iter().zip(model.weights).zip(of_surge) {
             let from = residuals.len();
             let rows = self.log.rows().iter().zip(&motion).zip(&self.straight);
-            let rows = rows
-                .skip(self.begin)
-                .filter(|(_, straight)| !of_surge || **straight);
+            let rows = rows.skip(self.begin).filter(|(_, straight)| !of_surge || **straight);
             residuals.extend(rows.filter_map(|((row, motion), _)| Some(weight * kind(row, motion, &law)?)));
             channels.push(from..residuals.len());
         }
@@ -287,11 +276,7 @@ impl Data<'_> {
         let mut simulated = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
             let heading = self.heading[i];
-            simulated.push(Motion {
-                surge: u,
-                sway: v,
-                ..heading
-            });
+            simulated.push(Motion { surge: u, sway: v, ..heading });
             let Some(next) = rows.get(i + 1) else { break };
             let between = 0.5 * (heading.heading + self.heading[i + 1].heading);
             let pushed = match law.held {
@@ -307,11 +292,7 @@ impl Data<'_> {
                 let (wanted, step) = reference.piece(left.min(STEP_MAX));
                 left -= step;
                 let error = wanted - pushed - u;
-                let limit = if error < 0.0 {
-                    law.deceleration_max
-                } else {
-                    law.acceleration_max
-                };
+                let limit = if error < 0.0 { law.deceleration_max } else { law.acceleration_max };
                 // The bias has changed the speed by this in the middle of the step.
                 let carried = 0.5 * bias * step;
                 let asked = approached(error - carried, law.time, limit, step);
@@ -392,10 +373,7 @@ impl Data<'_> {
             rms: rms(&errors.collect::<Vec<_>>()),
             measured_sway: measured_sway.collect(),
             measured_surge,
-            water: self.has_ground.then(|| Water {
-                current: law.current,
-                motion: simulated.clone(),
-            }),
+            water: self.has_ground.then(|| Water { current: law.current, motion: simulated.clone() }),
             simulated,
             speed_held,
             integrator,

@@ -31,12 +31,7 @@ struct Noise {
     colour: f64,
 }
 
-const NOISE: Noise = Noise {
-    heading: 0.0175,
-    log: 0.02,
-    ground: 0.05,
-    colour: 0.0,
-};
+const NOISE: Noise = Noise { heading: 0.0175, log: 0.02, ground: 0.05, colour: 0.0 };
 
 struct Ocean {
     current: Vector2<f64>,
@@ -59,9 +54,7 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
     let mut rows = Vec::new();
     #[expect(clippy::cast_possible_truncation, reason = "a positive count")]
     let n_rows = (trial.duration() / ROW) as u32;
-    let references: Vec<_> = (0..n_rows)
-        .map(|row| trial.reference(f64::from(row) * ROW))
-        .collect();
+    let references: Vec<_> = (0..n_rows).map(|row| trial.reference(f64::from(row) * ROW)).collect();
     for k in 0..n_rows * STEPS_PER_ROW {
         let time = f64::from(k) * STEP;
         // References change from row to row, as they do in a log.
@@ -91,30 +84,19 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
             HeadingReference::Heading => psi,
             HeadingReference::Course => {
                 let straight = bow * u + ocean.current;
-                if straight.norm() < 0.1 {
-                    psi
-                } else {
-                    straight.y.atan2(straight.x)
-                }
+                if straight.norm() < 0.1 { psi } else { straight.y.atan2(straight.x) }
             }
         };
         // Without way it does not answer.
         let way = 0.0 < held(0.0).0;
-        let error = if way {
-            wrap(held(craft.heading.delay).1 - measured)
-        } else {
-            0.0
-        };
+        let error = if way { wrap(held(craft.heading.delay).1 - measured) } else { 0.0 };
         rate = if way { rate } else { 0.0 };
         let limit = craft.heading.rate_max;
         match craft.heading.dynamics {
             HeadingDynamics::FirstOrder { time_constant } => {
                 rate = (error / time_constant).clamp(-limit, limit);
             }
-            HeadingDynamics::SecondOrder {
-                natural_frequency,
-                damping,
-            } => {
+            HeadingDynamics::SecondOrder { natural_frequency, damping } => {
                 let acceleration =
                     natural_frequency * natural_frequency * error - 2.0 * damping * natural_frequency * rate;
                 rate = (rate + acceleration * STEP).clamp(-limit, limit);
@@ -141,9 +123,7 @@ fn some_craft(seed: u64) -> (Craft, Ocean) {
     let craft = Craft {
         heading: HeadingResponse {
             dynamics: if seed.is_multiple_of(2) {
-                HeadingDynamics::FirstOrder {
-                    time_constant: between(0.6, 5.0),
-                }
+                HeadingDynamics::FirstOrder { time_constant: between(0.6, 5.0) }
             } else {
                 HeadingDynamics::SecondOrder {
                     natural_frequency: between(0.4, 2.0),
@@ -161,28 +141,12 @@ fn some_craft(seed: u64) -> (Craft, Ocean) {
             integral_time: seed.is_multiple_of(3).then(|| between(6.0, 15.0)),
         },
         sway_per_yaw_rate: between(0.3, 2.0),
-        power: Power {
-            linear_w_per_mps: between(1.0, 20.0),
-            cubic_w_per_mps3: between(10.0, 50.0),
-        },
-        speed_held: if seed % 4 < 2 {
-            SpeedReference::ThroughWater
-        } else {
-            SpeedReference::OverGround
-        },
-        heading_held: if seed % 5 < 3 {
-            HeadingReference::Heading
-        } else {
-            HeadingReference::Course
-        },
+        power: Power { linear_w_per_mps: between(1.0, 20.0), cubic_w_per_mps3: between(10.0, 50.0) },
+        speed_held: if seed % 4 < 2 { SpeedReference::ThroughWater } else { SpeedReference::OverGround },
+        heading_held: if seed % 5 < 3 { HeadingReference::Heading } else { HeadingReference::Course },
     };
     let current = direction(std::f64::consts::TAU * between(1.0, 2.0)) * between(0.08, 0.2);
-    let ocean = Ocean {
-        current,
-        compass_bias: 0.0175,
-        noise: NOISE,
-        seed,
-    };
+    let ocean = Ocean { current, compass_bias: 0.0175, noise: NOISE, seed };
     (craft, ocean)
 }
 
@@ -191,12 +155,9 @@ fn truth(craft: &Craft, quantity: Quantity) -> Option<f64> {
     let dynamics = craft.heading.dynamics;
     match (quantity, dynamics) {
         (Quantity::HeadingTimeConstant, HeadingDynamics::FirstOrder { time_constant }) => Some(time_constant),
-        (
-            Quantity::HeadingNaturalFrequency,
-            HeadingDynamics::SecondOrder {
-                natural_frequency, ..
-            },
-        ) => Some(natural_frequency),
+        (Quantity::HeadingNaturalFrequency, HeadingDynamics::SecondOrder { natural_frequency, .. }) => {
+            Some(natural_frequency)
+        }
         (Quantity::HeadingDamping, HeadingDynamics::SecondOrder { damping, .. }) => Some(damping),
         (Quantity::HeadingDelay, _) => Some(craft.heading.delay),
         (Quantity::HeadingRateMax, _) => Some(craft.heading.rate_max),
@@ -271,12 +232,7 @@ mod slow {
     fn a_log_without_noise_identifies_the_craft() {
         let (craft, mut ocean) = some_craft(1);
         let trial = Trial::half_hour(1.5, 0.3);
-        ocean.noise = Noise {
-            heading: 0.0,
-            log: 0.0,
-            ground: 0.0,
-            colour: 0.0,
-        };
+        ocean.noise = Noise { heading: 0.0, log: 0.0, ground: 0.0, colour: 0.0 };
         let found = identify(&log(&craft, &trial, &ocean));
         for parameter in found.parameters {
             let truth = truth(&craft, parameter.quantity).expect("of the same order");
@@ -306,10 +262,7 @@ mod slow {
         };
         let legs = [0.0, 10.0, 0.0, -10.0, 0.0, 10.0].map(|degrees| leg(0.8, degrees));
         let trial = Trial { legs: legs.into() };
-        let still = Ocean {
-            current: Vector2::zeros(),
-            ..ocean
-        };
+        let still = Ocean { current: Vector2::zeros(), ..ocean };
         let found = identify(&log(&craft, &trial, &still));
         let missing = found.missing();
         for quantity in [

@@ -21,10 +21,7 @@ impl Guide for GoalRecorder {
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         self.0.borrow_mut().push(snapshot.goal.goal.clone());
         Ok(Guidance {
-            reference: Reference {
-                speed: 0.0,
-                heading: Heading::new(0.0),
-            },
+            reference: Reference { speed: 0.0, heading: Heading::new(0.0) },
             method: Some(Method::Hold),
             predicted_rms: None,
             serves: None,
@@ -38,10 +35,7 @@ const PLACES: [f64; 4] = [100.0, 0.0, 400.0, 150.0];
 
 fn visits(cost: VisitCost) -> Visits {
     let auvs = (0..PLACES.len()).map(|i| VehicleId(format!("auv-{i}"))).collect();
-    Visits {
-        cost,
-        ..Visits::new(auvs)
-    }
+    Visits { cost, ..Visits::new(auvs) }
 }
 
 /// A snapshot with the craft at this place on the line; `silent` is not heard after the start.
@@ -105,11 +99,7 @@ fn the_greatest_cost_per_time_agrees_with_a_hand_calculation() {
 
 #[test]
 fn a_stay_exceeds_the_least_time_by_the_requested_one() {
-    let data = VisitCost::Data {
-        growth_kbps: 1.0,
-        upload_kbps: 5.0,
-        range_max_m: 100.0,
-    };
+    let data = VisitCost::Data { growth_kbps: 1.0, upload_kbps: 5.0, range_max_m: 100.0 };
     let mut visits = visits(data);
     visits.dwell_min_s = Some(30.0);
     for (dwell, longer) in [(0.0, 0), (45.0, 45)] {
@@ -142,17 +132,10 @@ fn every_rule_replaces_its_goal_by_one_that_planner_and_laws_know() {
     let visits = visits(VisitCost::Age);
     for rule in Rule::ALL {
         let mut guide = RuleGuide::new(Box::new(GoalRecorder(asked.clone())), rule, 40.0);
-        guide
-            .guide(&snapshot(7.0, -50.0, &visits, None))
-            .expect("answers");
+        guide.guide(&snapshot(7.0, -50.0, &visits, None)).expect("answers");
     }
     let asked = asked.borrow();
-    let Goal::Intermittent {
-        auvs,
-        dwell_s,
-        epoch_s,
-    } = &asked[0]
-    else {
+    let Goal::Intermittent { auvs, dwell_s, epoch_s } = &asked[0] else {
         panic!("{:?}", asked[0]);
     };
     assert_eq!((auvs.len(), *dwell_s, *epoch_s), (4, 40.0, 7.0));
@@ -191,9 +174,7 @@ fn the_tour_of_the_clock_is_nearly_the_shortest_of_all_orders() {
         };
         let places: Vec<_> = (0..6).map(place).collect();
         let length = |tour: &[usize]| -> f64 {
-            (0..tour.len())
-                .map(|i| (places[tour[i]] - places[tour[(i + 1) % tour.len()]]).norm())
-                .sum()
+            (0..tour.len()).map(|i| (places[tour[i]] - places[tour[(i + 1) % tour.len()]]).norm()).sum()
         };
         let tour = short_tour(&Vector2::zeros(), &places);
         let mut sorted = tour.clone();

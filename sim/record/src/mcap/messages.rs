@@ -134,12 +134,7 @@ mod tests {
     use super::*;
 
     fn lying(heading: f64, pitch: f64) -> Vehicle {
-        Vehicle {
-            position: Vector2::new(3.0, 4.0),
-            depth: 5.0,
-            heading,
-            pitch,
-        }
+        Vehicle { position: Vector2::new(3.0, 4.0), depth: 5.0, heading, pitch }
     }
 
     #[test]
@@ -160,10 +155,7 @@ mod tests {
 
     #[test]
     fn a_time_is_rounded_once_and_never_negative() {
-        assert_eq!(
-            Time::of_seconds(1919.1).json(),
-            json!({"sec": 1919, "nsec": 100_000_000})
-        );
+        assert_eq!(Time::of_seconds(1919.1).json(), json!({"sec": 1919, "nsec": 100_000_000}));
         assert_eq!(Time::of_seconds(-1.0).nanoseconds(), 0);
         assert_eq!(Time::of_seconds(f64::NAN).nanoseconds(), 0);
     }

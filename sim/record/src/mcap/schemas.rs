@@ -40,10 +40,7 @@ const TYPES: [(&str, &str); 14] = [
          cylinders CylinderPrimitive[], lines LinePrimitive[], triangles TriangleListPrimitive[], \
          texts TextPrimitive[], models ModelPrimitive[]",
     ),
-    (
-        "SceneUpdate",
-        "deletions SceneEntityDeletion[], entities SceneEntity[]",
-    ),
+    ("SceneUpdate", "deletions SceneEntityDeletion[], entities SceneEntity[]"),
 ];
 
 pub(super) const ROW: &str = "pilotfish.Row";
@@ -76,11 +73,7 @@ pub(super) fn of(name: &str) -> Value {
         (covariance["minItems"], covariance["maxItems"]) = (json!(9), json!(9));
     }
     let is_foxglove = name.starts_with(char::is_uppercase);
-    let title = if is_foxglove {
-        format!("foxglove.{name}")
-    } else {
-        name.to_owned()
-    };
+    let title = if is_foxglove { format!("foxglove.{name}") } else { name.to_owned() };
     json!({"title": title, "type": "object", "properties": properties, "required": names})
 }
 

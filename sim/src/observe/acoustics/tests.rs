@@ -15,9 +15,7 @@ fn usual(vehicles: u32) -> AcousticsSetup {
     AcousticsSetup {
         frame,
         slot_length: 0.5,
-        slots: (0..vehicles)
-            .map(|i| frame * f64::from(i) / f64::from(vehicles))
-            .collect(),
+        slots: (0..vehicles).map(|i| frame * f64::from(i) / f64::from(vehicles)).collect(),
         sound_speed: 1500.0,
         latency: 2.0,
         position_sigma: 1.5,
@@ -153,12 +151,9 @@ fn the_share_lost_is_as_set_and_linear_in_slant_range() {
         (setup.loss, setup.loss_at_range_max, setup.range_max) = (0.1, 0.7, 200.0);
     });
     let frames = 10_000;
-    for (telemetry, expected) in [
-        (at(0.0, 0.0), 0.1),
-        (at(60.0, 80.0), 0.4),
-        (at(0.0, 150.0), 0.55),
-        (at(-200.0, 0.0), 0.7),
-    ] {
+    for (telemetry, expected) in
+        [(at(0.0, 0.0), 0.1), (at(60.0, 80.0), 0.4), (at(0.0, 150.0), 0.55), (at(-200.0, 0.0), 0.7)]
+    {
         let (heard, counts) = listen(&setup, 2, frames * FRAME_STEPS, &[telemetry]);
         assert_eq!(counts.sent, u64::from(frames));
         assert_eq!(counts.delivered, heard.len() as u64);
@@ -189,19 +184,9 @@ fn two_messages_at_one_time_destroy_each_other_unless_one_is_out_of_range() {
     ] {
         let (heard, counts) = listen(&setup, 1, 20 * FRAME_STEPS, &all_telemetry);
         let [delivered, collided, lost, beyond_range] = expected;
-        let expected = MessageCounts {
-            sent: 40,
-            delivered,
-            collided,
-            lost,
-            beyond_range,
-            ..MessageCounts::default()
-        };
-        assert_eq!(
-            (counts, heard.len() as u64),
-            (expected, delivered),
-            "{all_telemetry:?}"
-        );
+        let expected =
+            MessageCounts { sent: 40, delivered, collided, lost, beyond_range, ..MessageCounts::default() };
+        assert_eq!((counts, heard.len() as u64), (expected, delivered), "{all_telemetry:?}");
     }
 }
 
@@ -266,11 +251,7 @@ fn the_share_of_outliers_is_as_set_and_their_fixes_look_ordinary() {
 
 #[test]
 fn noise_does_not_depend_on_the_surface_craft_or_on_silent_vehicles() {
-    let setup = AcousticsSetup {
-        loss: 0.3,
-        loss_at_range_max: 0.3,
-        ..usual(2)
-    };
+    let setup = AcousticsSetup { loss: 0.3, loss_at_range_max: 0.3, ..usual(2) };
     let all_telemetry = [at(50.0, 5.0), at(80.0, 10.0)];
     let run = |asc: Vector2<f64>, quiet: std::ops::Range<u32>| {
         let mut channel = channel(&setup, 5);

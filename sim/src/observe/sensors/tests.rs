@@ -75,12 +75,7 @@ fn perfect_sensors_give_the_truth_to_the_bit() {
         let bits = |v: Vector2<f64>| [v.x.to_bits(), v.y.to_bits()];
         assert_eq!(bits(seen.position()), bits(truth.position));
         assert_eq!(bits(ground), bits(truth.ground_velocity));
-        let seen = [
-            seen.heading().radians(),
-            seen.speed_mps,
-            seen.sway_mps,
-            seen.yaw_rate_radps,
-        ];
+        let seen = [seen.heading().radians(), seen.speed_mps, seen.sway_mps, seen.yaw_rate_radps];
         let truth = [truth.heading, truth.surge, truth.sway, truth.yaw_rate];
         assert_eq!(seen.map(f64::to_bits), truth.map(f64::to_bits));
     }
@@ -97,15 +92,8 @@ fn the_satellite_error_keeps_its_variance_and_correlation_time() {
         let errors = (0..n).map(|_| sensors.measure(&at_rest(), true, PERIOD).position() / sigma);
         let errors: Vec<Vector2<f64>> = errors.collect();
         for lag in [0_u32, 1, 5, 10, 20] {
-            let products = errors
-                .iter()
-                .zip(&errors[lag as usize..])
-                .map(|(a, b)| 0.5 * a.dot(b));
-            let expected = if lag == 0 {
-                1.0
-            } else {
-                (-f64::from(lag) * PERIOD / tau).exp()
-            };
+            let products = errors.iter().zip(&errors[lag as usize..]).map(|(a, b)| 0.5 * a.dot(b));
+            let expected = if lag == 0 { 1.0 } else { (-f64::from(lag) * PERIOD / tau).exp() };
             near(products.sum::<f64>() / f64::from(n - lag), expected, bound);
         }
     }
@@ -202,10 +190,8 @@ fn an_outage_changes_no_later_measurement() {
     let truth = under_way(Vector2::new(10.0, 20.0), 0.4, Vector2::new(0.0, 0.1));
     for look in 0..200 {
         let gnss_works = !(50..120).contains(&look);
-        let (seen, undisturbed) = (
-            with.measure(&truth, gnss_works, PERIOD),
-            without.measure(&truth, true, PERIOD),
-        );
+        let (seen, undisturbed) =
+            (with.measure(&truth, gnss_works, PERIOD), without.measure(&truth, true, PERIOD));
         if gnss_works {
             assert_eq!(seen, undisturbed, "look {look}");
         } else {

@@ -97,11 +97,7 @@ pub(super) struct Checked<'a> {
 
 impl<'a> Checked<'a> {
     pub(super) fn new(draw: &'a mut Draw, table: &'static str) -> Self {
-        Self {
-            draw,
-            table,
-            out_of_range: None,
-        }
+        Self { draw, table, out_of_range: None }
     }
 
     /// The number at `place`, such as `heading_loop/delay_s`; none if it is not in its range.

@@ -89,10 +89,9 @@ impl Scenario {
             Err(invalid(format!("faults[{i}].what.{kind}.auv"), reason))
         };
         let what = match &file.what {
-            FaultKindFile::Thruster { side, share } => FaultKind::Thruster {
-                side: *side,
-                share: draw.take(share),
-            },
+            FaultKindFile::Thruster { side, share } => {
+                FaultKind::Thruster { side: *side, share: draw.take(share) }
+            }
             FaultKindFile::GnssOutage => FaultKind::GnssOutage,
             FaultKindFile::ClockOffset { offset_s } => FaultKind::ClockOffset(draw.take(offset_s)),
             FaultKindFile::Silence { auv: id } => FaultKind::Silence(auv("silence", id)?),
@@ -105,10 +104,9 @@ impl Scenario {
             },
             FaultKindFile::RudderStuck { share } => FaultKind::RudderStuck(draw.take(share)),
             FaultKindFile::ThrustStuck { share } => FaultKind::ThrustStuck(draw.take(share)),
-            FaultKindFile::WrongAccuracy { auv: id, factor } => FaultKind::WrongAccuracy {
-                auv: auv("wrong_accuracy", id)?,
-                factor: draw.take(factor),
-            },
+            FaultKindFile::WrongAccuracy { auv: id, factor } => {
+                FaultKind::WrongAccuracy { auv: auv("wrong_accuracy", id)?, factor: draw.take(factor) }
+            }
             FaultKindFile::ReportsSpeedZero { auv: id } => {
                 FaultKind::ReportsSpeedZero(auv("reports_speed_zero", id)?)
             }

@@ -29,10 +29,8 @@ impl Scenario {
         let offset = offset.map(|offset| checked.all(offset)).transpose()?;
         let task = Task { goal, offset };
         let is_along_path = matches!(task.offset, Some(Offset::Path { .. }));
-        let follows_one = matches!(
-            task.goal,
-            Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_)
-        );
+        let follows_one =
+            matches!(task.goal, Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_));
         if is_along_path && follows_one && !self.knowledge.paths {
             return Err(invalid(
                 "surface_craft.goal_offset.path",

@@ -25,8 +25,5 @@ pub(super) fn of_snapshot(table: &str, pointer: &str, fault: &FieldError) -> Inv
 }
 
 pub(super) fn invalid(field: impl Into<String>, reason: impl Display) -> InvalidScenario {
-    InvalidScenario {
-        field: field.into(),
-        reason: reason.to_string(),
-    }
+    InvalidScenario { field: field.into(), reason: reason.to_string() }
 }

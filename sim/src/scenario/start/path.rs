@@ -35,13 +35,7 @@ impl Scenario {
         };
         let field = format!("auvs[{i}].path.{kind}");
         let drawn = match file {
-            PathFile::LawnMower {
-                from,
-                heading_rad,
-                lane_length_m,
-                lane_spacing_m,
-                lanes,
-            } => {
+            PathFile::LawnMower { from, heading_rad, lane_length_m, lane_spacing_m, lanes } => {
                 if !(1..=LANES_MAX).contains(lanes) {
                     let fault = format_args!("{lanes} is outside 1 to {LANES_MAX}");
                     return Err(invalid(format!("{field}.lanes"), fault));
@@ -52,35 +46,17 @@ impl Scenario {
                 let path = Path::lawn_mower(from, heading, length, spacing, *lanes);
                 path.check().map(|()| path)
             }
-            PathFile::Waypoints {
-                points,
-                fillet_m,
-                turn_radius_m,
-                closed,
-            } => {
+            PathFile::Waypoints { points, fillet_m, turn_radius_m, closed } => {
                 let points = draw.points(points).into_iter().map(Into::into).collect();
                 let (fillet_m, turn_radius_m) = match (fillet_m, turn_radius_m) {
                     (Some(_), Some(_)) => return Err(invalid(field, "fillet_m or turn_radius_m, not both")),
                     (Some(fillet), None) => (Some(draw.take(fillet)), None),
                     (None, radius) => (None, Some(draw.take_or(radius.as_ref(), TURN_RADIUS))),
                 };
-                let waypoints = Segment::Waypoints {
-                    points,
-                    fillet_m,
-                    turn_radius_m,
-                    legs: vec![],
-                };
+                let waypoints = Segment::Waypoints { points, fillet_m, turn_radius_m, legs: vec![] };
                 Path::from_segments(&[waypoints], *closed)
             }
-            PathFile::RandomSurvey {
-                seed,
-                pattern,
-                from,
-                heading_rad,
-                leg_m,
-                spacing_m,
-                turn_radius_m,
-            } => {
+            PathFile::RandomSurvey { seed, pattern, from, heading_rad, leg_m, spacing_m, turn_radius_m } => {
                 let constraints = SurveyConstraints {
                     pattern: *pattern,
                     from: from.as_ref().map_or(Vector2::zeros(), |from| draw.point(from)),
@@ -92,12 +68,7 @@ impl Scenario {
                 let rng = survey_stream(seed.unwrap_or(draw.seed), i);
                 return constraints.draw(&field, rng);
             }
-            PathFile::Circle {
-                centre,
-                radius_m,
-                turn,
-                bearing_rad,
-            } => {
+            PathFile::Circle { centre, radius_m, turn, bearing_rad } => {
                 let centre = draw.point(centre);
                 let radius = draw.take(radius_m);
                 let bearing = draw.take_or(bearing_rad.as_ref(), 0.0);
@@ -167,15 +138,10 @@ pub(super) fn speed_profile(
 fn segment(file: &SegmentFile, draw: &mut Draw) -> Segment {
     match file {
         // Members are drawn in this order.
-        SegmentFile::Line { from, to } => Segment::Line {
-            from: draw.point(from).into(),
-            to: draw.point(to).into(),
-        },
-        SegmentFile::Arc {
-            from,
-            centre,
-            angle_rad,
-        } => Segment::Arc {
+        SegmentFile::Line { from, to } => {
+            Segment::Line { from: draw.point(from).into(), to: draw.point(to).into() }
+        }
+        SegmentFile::Arc { from, centre, angle_rad } => Segment::Arc {
             from: draw.point(from).into(),
             centre: draw.point(centre).into(),
             angle_rad: draw.take(angle_rad),

@@ -53,11 +53,7 @@ impl SurveyConstraints {
         let leg = at_least("leg_m", self.leg.unwrap_or(drawn), LEG[0])?;
         let drawn = radius * rng.random_range(SPACING[0]..SPACING[1]);
         let spacing = at_least("spacing_m", self.spacing.unwrap_or(drawn), SPACING[0])?;
-        let side = if rng.random_range(0.0..1.0) < 0.5 {
-            -1.0
-        } else {
-            1.0
-        };
+        let side = if rng.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 };
 
         let points = match pattern {
             SurveyPattern::LawnMower => lanes(rng.random_range(4..=12), leg, spacing),
@@ -116,11 +112,7 @@ fn lanes(n: u32, length: f64, spacing: f64) -> Vec<Vector2<f64>> {
     let lane = |k: u32| {
         let starboard = f64::from(k) * spacing;
         let ends = [0.0, length].map(|ahead| Vector2::new(ahead, starboard));
-        if k.is_multiple_of(2) {
-            ends
-        } else {
-            [ends[1], ends[0]]
-        }
+        if k.is_multiple_of(2) { ends } else { [ends[1], ends[0]] }
     };
     (0..n).flat_map(lane).collect()
 }

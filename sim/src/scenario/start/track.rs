@@ -82,17 +82,13 @@ impl Scenario {
 
     fn track(&self, auv: &AuvFile, file: &str, origin: Option<Origin>) -> Result<Vec<TrackPoint>, String> {
         if let Some(member) = given_too(auv) {
-            return Err(format!(
-                "{member} is given too, and a track says all of that: remove one of them"
-            ));
+            return Err(format!("{member} is given too, and a track says all of that: remove one of them"));
         }
         let text = self.files.text(file).map_err(|error| error.to_string())?;
         let in_file = |reason: String| format!("{file}: {reason}");
         let (columns, rows) = read(&text, &auv.id).map_err(in_file)?;
         if auv.depth_m.is_some() && columns.depth.is_some() {
-            return Err(in_file(
-                "has a depth, and so has the scenario: remove depth_m".to_owned(),
-            ));
+            return Err(in_file("has a depth, and so has the scenario: remove depth_m".to_owned()));
         }
         let datum = match origin.filter(|_| columns.on_earth) {
             Some(origin) => Some(Datum::new(&origin).map_err(|error| error.to_string())?),
@@ -116,10 +112,7 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
         ("speed_profile", auv.speed_profile.is_some()),
         ("dive", auv.dive.is_some()),
         ("navigation_error", auv.navigation_error.is_some()),
-        (
-            "tracking_error",
-            auv.tracking_error != TrackingErrorFile::default(),
-        ),
+        ("tracking_error", auv.tracking_error != TrackingErrorFile::default()),
     ];
     let mut given = members.into_iter().filter(|(_, is_given)| *is_given);
     given.next().map(|(name, _)| name)
@@ -129,10 +122,7 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
 fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
     let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let table = with_commas(text.as_bytes());
-    let mut reader = ReaderBuilder::new()
-        .trim(Trim::All)
-        .comment(Some(b'#'))
-        .from_reader(&*table);
+    let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&*table);
     let columns = Columns::of(reader.headers().map_err(|error| error.to_string())?)?;
     let mut records = vec![];
     for record in reader.records() {
@@ -144,17 +134,11 @@ fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
     // The truth of a simulated mission, else measurements.
     let is =
         |record: &StringRecord, wanted: &str| columns.record.is_none_or(|[kind, _]| record[kind] == *wanted);
-    let wanted = if records.iter().any(|record| is(record, "truth")) {
-        "truth"
-    } else {
-        "fix"
-    };
+    let wanted = if records.iter().any(|record| is(record, "truth")) { "truth" } else { "fix" };
     records.retain(|record| is(record, wanted));
     let n = records.len();
     if POINTS_MAX < n {
-        return Err(format!(
-            "has {n} points, more than {POINTS_MAX}: keep every second one"
-        ));
+        return Err(format!("has {n} points, more than {POINTS_MAX}: keep every second one"));
     }
     if n < 2 {
         let of = columns.record.map_or_else(String::new, |_| format!(" of {id:?}"));
@@ -196,11 +180,7 @@ impl Columns {
                 format!("line {line}: {name} {given:?} is no number")
             })
         };
-        let [first, second] = if self.on_earth {
-            ["latitude", "longitude"]
-        } else {
-            ["north", "east"]
-        };
+        let [first, second] = if self.on_earth { ["latitude", "longitude"] } else { ["north", "east"] };
         Ok(Row {
             line,
             time: number("t", self.time)?,
@@ -245,11 +225,7 @@ fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String
             let most = Depth::MAX;
             return Err(format!("line {line}: depth {depth} m is outside 0 to {most} m"));
         }
-        let point = TrackPoint {
-            time,
-            position,
-            depth: depth.map_or(f64::NAN, |depth| depth.max(0.0)),
-        };
+        let point = TrackPoint { time, position, depth: depth.map_or(f64::NAN, |depth| depth.max(0.0)) };
         if let Some(before) = points.last() {
             let duration = time - before.time;
             if duration <= 0.0 {

@@ -38,10 +38,7 @@ fn turns(points: &[[f64; 2]], late: f64, closed: bool) -> Vec<[f64; 2]> {
         let [before, after] = [point(k) - point(k + n - 1), point(k + 1) - point(k)];
         let beyond = late.max(-SHARE_MAX * before.norm());
         let back = (RETURN * late.abs()).min(SHARE_MAX * after.norm());
-        [
-            point(k) + before.normalize() * beyond,
-            point(k) + after.normalize() * back,
-        ]
+        [point(k) + before.normalize() * beyond, point(k) + after.normalize() * back]
     };
     if !closed {
         let within = (1..n.max(1) - 1).flat_map(turn).map(Into::into);

@@ -69,11 +69,7 @@ impl Scenario {
             craft: craft_description(file.craft.as_ref(), declared.surge_lag_s, kind.craft, draw.seed)?,
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
-            forecast: if self.knowledge.known_paths_only {
-                Forecast::Declared
-            } else {
-                Forecast::Auto
-            },
+            forecast: if self.knowledge.known_paths_only { Forecast::Declared } else { Forecast::Auto },
             messages: match &self.knowledge.acoustics {
                 Some(file) if file.reported_as == ReportedAs::State => Messages::NewestAsState,
                 Some(file) if !file.course_and_speed => Messages::Positions,
@@ -105,11 +101,7 @@ impl Scenario {
                 });
             }
         };
-        let feed_forward = if file.drag_feed_forward {
-            DragFeedForward::On
-        } else {
-            DragFeedForward::Off
-        };
+        let feed_forward = if file.drag_feed_forward { DragFeedForward::On } else { DragFeedForward::Off };
         Ok(SurfaceKind {
             hull: class.hull(),
             autopilot: class.autopilot(feed_forward),
@@ -132,10 +124,7 @@ impl Scenario {
             // A track replaces it.
             (None, Some(first)) => Path::starting_at(first.position, 0.0).line(1.0),
             (None, None) => {
-                return Err(invalid(
-                    format!("auvs[{i}].path"),
-                    "is missing; give path or track",
-                ));
+                return Err(invalid(format!("auvs[{i}].path"), "is missing; give path or track"));
             }
         };
         if let Some(far) = point_out_of_range(&path) {
@@ -250,11 +239,7 @@ fn tracking_error(i: usize, file: &TrackingErrorFile, draw: &mut Draw) -> (Track
     let late = file.turns_late_m.as_ref().map(|late| draw.take(late));
     let slower_diving = file.slower_diving_share.as_ref();
     let slower_diving = slower_diving.map_or(0.0, |share| draw.take(share));
-    let error = TrackingError {
-        weave,
-        slower_diving,
-        time: 0.0,
-    };
+    let error = TrackingError { weave, slower_diving, time: 0.0 };
     (error, late)
 }
 

@@ -11,10 +11,7 @@ const SECOND: usize = 10;
 
 /// The first AUV of a scenario, on a path due north, `east` of it.
 fn auv(scenario: &str, east: f64) -> SimulatedAuv {
-    let start = Scenario::named(scenario)
-        .expect("exists")
-        .start(1)
-        .expect("valid");
+    let start = Scenario::named(scenario).expect("exists").start(1).expect("valid");
     let mut auv = start.world.auvs[0].clone();
     auv.path = Arc::new(Path::starting_at(STILL, 0.0).line(1e4));
     (auv.state[0], auv.state[1], auv.state[4]) = (0.0, east, 0.0);
@@ -49,11 +46,7 @@ fn forecast(auv: &SimulatedAuv, current: Vector2<f64>, diving: bool) -> AuvForec
         reversal_s: Some(auv.loops.reversal_time()),
         descending: Some(auv.pitch() < 0.0),
     };
-    let intent = Intent {
-        path: Some(&path),
-        dive: diving.then_some(dive),
-        ..Intent::default()
-    };
+    let intent = Intent { path: Some(&path), dive: diving.then_some(dive), ..Intent::default() };
     AuvForecast::new(&state, intent, Forecast::Path, &current)
 }
 
@@ -96,10 +89,9 @@ fn the_forecast_includes_the_surge_at_reversals() {
 #[test]
 fn an_offset_forecast_beats_a_constant_one_and_is_exact_when_steady() {
     for current in [Vector2::new(0.0, 0.1), STILL] {
-        for (transient, starts, first, last) in [
-            (true, &[-4.0, -2.0, 0.0, 2.0, 4.0][..], 0, 30),
-            (false, &[0.0], 120, 480),
-        ] {
+        for (transient, starts, first, last) in
+            [(true, &[-4.0, -2.0, 0.0, 2.0, 4.0][..], 0, 30), (false, &[0.0], 120, 480)]
+        {
             let (mut forecasts, mut kept) = (Vec::new(), Vec::new());
             for east in starts {
                 let auvs = followed(auv("paper-tracking", *east), current, last + 61);

@@ -37,10 +37,7 @@ impl Fault {
             FaultKind::Dies(auv) => format!("{} loses power and sends nothing", auvs[auv]),
             FaultKind::LeavesPath { auv, .. } => format!("{} leaves its path", auvs[auv]),
             FaultKind::WrongAccuracy { auv, factor } => {
-                format!(
-                    "{} claims {factor:.1} times the errors that its fixes have",
-                    auvs[auv]
-                )
+                format!("{} claims {factor:.1} times the errors that its fixes have", auvs[auv])
             }
             FaultKind::ReportsSpeedZero(auv) => format!("{} reports speed 0", auvs[auv]),
             FaultKind::MessagesTwice(auv) => format!("messages of {} arrive twice", auvs[auv]),
@@ -61,17 +58,10 @@ mod tests {
     fn a_fault_names_its_vehicle_and_its_size() {
         let auvs = ["auv-1".to_owned(), "auv-2".to_owned()];
         let words = |what| {
-            let fault = Fault {
-                from: 0.0,
-                until: 1.0,
-                what,
-            };
+            let fault = Fault { from: 0.0, until: 1.0, what };
             (fault.in_words(&auvs), fault.stops_messages())
         };
-        let weak = FaultKind::Thruster {
-            side: Side::Port,
-            share: 0.6,
-        };
+        let weak = FaultKind::Thruster { side: Side::Port, share: 0.6 };
         let expected = ("the port thruster delivers 60 % of its thrust".to_owned(), false);
         assert_eq!(words(weak), expected);
         let expected = ("auv-2 loses power and sends nothing".to_owned(), true);

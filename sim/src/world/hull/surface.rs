@@ -68,29 +68,11 @@ impl SurfaceHull {
         mass_surge: 50.0,
         mass_sway: 60.0,
         inertia_yaw: 4.64,
-        coriolis: CoriolisMasses {
-            surge: 50.0,
-            sway: 60.0,
-        },
-        drag_surge: Drag {
-            linear: 0.0,
-            quadratic: 27.5,
-        },
-        drag_sway: Drag {
-            linear: 55.1,
-            quadratic: 101.0,
-        },
-        drag_yaw: Drag {
-            linear: 4.14,
-            quadratic: 6.23,
-        },
-        thrusters: Thrusters {
-            ahead_max: 36.0,
-            astern_max: 36.0,
-            arm: 0.15,
-            dead_zone: 0.2,
-            lag: 0.1,
-        },
+        coriolis: CoriolisMasses { surge: 50.0, sway: 60.0 },
+        drag_surge: Drag { linear: 0.0, quadratic: 27.5 },
+        drag_sway: Drag { linear: 55.1, quadratic: 101.0 },
+        drag_yaw: Drag { linear: 4.14, quadratic: 6.23 },
+        thrusters: Thrusters { ahead_max: 36.0, astern_max: 36.0, arm: 0.15, dead_zone: 0.2, lag: 0.1 },
     };
 
     /// The craft at a steady `speed` through the water, m/s, on a straight course with thrust in
@@ -108,9 +90,7 @@ impl SurfaceHull {
     /// Slowest useful speed reference, m/s, with the thrusters well out of their dead zone.
     pub fn speed_least(&self) -> f64 {
         let margin = 2.0;
-        let out_of_dead_zone = self
-            .drag_surge
-            .speed_against(margin * 2.0 * self.thrusters.dead_zone);
+        let out_of_dead_zone = self.drag_surge.speed_against(margin * 2.0 * self.thrusters.dead_zone);
         out_of_dead_zone.max(Limits::MEDUSA.speed_min)
     }
 
@@ -195,8 +175,5 @@ impl SurfaceHull {
 }
 
 fn thrust(state: &SurfaceState) -> Thrust {
-    Thrust {
-        port: state[6],
-        starboard: state[7],
-    }
+    Thrust { port: state[6], starboard: state[7] }
 }

@@ -64,18 +64,9 @@ impl UnderwaterHull {
         mass_surge: 50.0,
         inertia_pitch: 4.64,
         inertia_yaw: 4.64,
-        drag_surge: Drag {
-            linear: 0.0,
-            quadratic: 27.5,
-        },
-        drag_pitch: Drag {
-            linear: 4.14,
-            quadratic: 6.23,
-        },
-        drag_yaw: Drag {
-            linear: 4.14,
-            quadratic: 6.23,
-        },
+        drag_surge: Drag { linear: 0.0, quadratic: 27.5 },
+        drag_pitch: Drag { linear: 4.14, quadratic: 6.23 },
+        drag_yaw: Drag { linear: 4.14, quadratic: 6.23 },
         restoring_moment: 30.0 * 9.81 * 0.02,
         force_max: 72.0,
         pitch_moment_max: 10.8,
@@ -101,18 +92,9 @@ impl UnderwaterHull {
         mass_surge: 55.0,
         inertia_pitch: 12.0,
         inertia_yaw: 11.0,
-        drag_surge: Drag {
-            linear: 0.0,
-            quadratic: 2.15,
-        },
-        drag_pitch: Drag {
-            linear: 5.1,
-            quadratic: 20.0,
-        },
-        drag_yaw: Drag {
-            linear: 5.1,
-            quadratic: 20.0,
-        },
+        drag_surge: Drag { linear: 0.0, quadratic: 2.15 },
+        drag_pitch: Drag { linear: 5.1, quadratic: 20.0 },
+        drag_yaw: Drag { linear: 5.1, quadratic: 20.0 },
         restoring_moment: 50.0 * 9.81 * 0.005,
         force_max: 1.5,
         pitch_moment_max: 4.4,
@@ -155,9 +137,7 @@ impl UnderwaterHull {
     pub fn saturated(&self, wanted: UnderwaterInput) -> UnderwaterInput {
         UnderwaterInput {
             surge_force: wanted.surge_force.clamp(-self.force_max, self.force_max),
-            pitch_moment: wanted
-                .pitch_moment
-                .clamp(-self.pitch_moment_max, self.pitch_moment_max),
+            pitch_moment: wanted.pitch_moment.clamp(-self.pitch_moment_max, self.pitch_moment_max),
             yaw_moment: wanted.yaw_moment.clamp(-self.yaw_moment_max, self.yaw_moment_max),
         }
     }

@@ -66,10 +66,7 @@ impl AutopilotMemory {
         Self {
             surge: SurgeLoop::settled_at(speed, autopilot.feed_forward, drag_surge),
             heading: HeadingMemory::settled_at(heading),
-            delay: CommandDelay::holding(Reference {
-                speed,
-                heading: Heading::new(heading),
-            }),
+            delay: CommandDelay::holding(Reference { speed, heading: Heading::new(heading) }),
             speed,
         }
     }
@@ -120,17 +117,9 @@ impl Measured {
 impl SurfaceAutopilot {
     /// The MEDUSA class's, without drag feed-forward. Source: IST Lisbon's vehicles.
     pub const MEDUSA: Self = Self {
-        heading: HeadingLoop::ProportionalDerivative {
-            frequency: 1.6,
-            damping: 0.8,
-        },
+        heading: HeadingLoop::ProportionalDerivative { frequency: 1.6, damping: 0.8 },
         heading_held: HeadingReference::Heading,
-        surge: SurgeGains {
-            proportional: 26.0,
-            integral: 3.0,
-            error_max: 0.2,
-            anti_windup: AntiWindup::On,
-        },
+        surge: SurgeGains { proportional: 26.0, integral: 3.0, error_max: 0.2, anti_windup: AntiWindup::On },
         feed_forward: DragFeedForward::Off,
         speed_held: SpeedReference::ThroughWater,
         speed_slew: None,
@@ -144,12 +133,7 @@ impl SurfaceAutopilot {
     /// the MEDUSA. Yaw moments scale with inertia, so ωn and ζ carry over: the moment saturates
     /// from 40° of error on (74 of 106 N m/rad), the MEDUSA's from 52° on.
     pub const OTTER: Self = Self {
-        surge: SurgeGains {
-            proportional: 44.5,
-            integral: 5.1,
-            error_max: 0.4,
-            anti_windup: AntiWindup::On,
-        },
+        surge: SurgeGains { proportional: 44.5, integral: 5.1, error_max: 0.4, anti_windup: AntiWindup::On },
         ..Self::MEDUSA
     };
 
@@ -183,13 +167,7 @@ impl SurfaceAutopilot {
         };
         let command = hull.thrusters.allocate(wanted);
         let given = hull.thrusters.force(command);
-        memory.surge.integrate(
-            &self.surge,
-            memory.speed,
-            u,
-            wanted.surge_force,
-            given.surge_force,
-        );
+        memory.surge.integrate(&self.surge, memory.speed, u, wanted.surge_force, given.surge_force);
         memory.heading.integrate(wanted.yaw_moment, given.yaw_moment);
         command
     }
@@ -197,10 +175,9 @@ impl SurfaceAutopilot {
     fn slewed(&self, before: f64, asked: f64) -> f64 {
         match self.speed_slew {
             None => asked,
-            Some(slew) => asked.clamp(
-                before - slew.deceleration * PERIOD,
-                before + slew.acceleration * PERIOD,
-            ),
+            Some(slew) => {
+                asked.clamp(before - slew.deceleration * PERIOD, before + slew.acceleration * PERIOD)
+            }
         }
     }
 }
@@ -228,25 +205,16 @@ mod tests {
             let mut memory = settled.clone();
             let measured = at(0.3, 0.0007 * f64::from(k));
             let _ = autopilot.command(&hull, &mut memory, &measured, &reference);
-            assert!(
-                reference.speed == 0.3 || memory.surge != settled.surge,
-                "period {k}"
-            );
+            assert!(reference.speed == 0.3 || memory.surge != settled.surge, "period {k}");
         }
     }
 
     #[test]
     fn a_delayed_reference_acts_after_its_delay() {
         let hull = SurfaceHull::MEDUSA;
-        let asked = Reference {
-            speed: 0.5,
-            heading: Heading::new(0.2),
-        };
+        let asked = Reference { speed: 0.5, heading: Heading::new(0.2) };
         for delay_periods in [0, 1, 7, DELAY_PERIODS_MAX] {
-            let autopilot = SurfaceAutopilot {
-                delay_periods,
-                ..SurfaceAutopilot::MEDUSA
-            };
+            let autopilot = SurfaceAutopilot { delay_periods, ..SurfaceAutopilot::MEDUSA };
             let mut memory = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, 0.3, 0.0);
             let mut turns = || autopilot.command(&hull, &mut memory, &at(0.3, 0.0), &asked);
             let waited = (0..).take_while(|_| {
@@ -265,18 +233,11 @@ mod tests {
             ..SurfaceAutopilot::MEDUSA
         };
         // By hand: 0.3 m/s to the north through water that flows east at 0.4 m/s.
-        let measured = Measured {
-            heading: 0.0,
-            surge: 0.3,
-            yaw_rate: 0.0,
-            over_ground: Vector2::new(0.3, 0.4),
-        };
+        let measured =
+            Measured { heading: 0.0, surge: 0.3, yaw_rate: 0.0, over_ground: Vector2::new(0.3, 0.4) };
         assert!((measured.speed(autopilot.speed_held) - 0.3).abs() < 1e-12);
         assert!((measured.angle(autopilot.heading_held) - (4.0_f64 / 3.0).atan()).abs() < 1e-12);
-        let adrift = Measured {
-            over_ground: Vector2::new(0.05, 0.05),
-            ..measured
-        };
+        let adrift = Measured { over_ground: Vector2::new(0.05, 0.05), ..measured };
         assert_eq!(adrift.angle(autopilot.heading_held), 0.0);
     }
 }

@@ -34,12 +34,7 @@ impl UnderwaterLoops {
     /// (docs/rationale.md#sim-pitch-loop). Yaw rate: ten times the bandwidth of the path following
     /// above it, a third of what a loop of ten hertz allows.
     pub const MEDUSA: Self = Self {
-        surge: SurgeGains {
-            proportional: 26.0,
-            integral: 3.0,
-            error_max: 0.2,
-            anti_windup: AntiWindup::On,
-        },
+        surge: SurgeGains { proportional: 26.0, integral: 3.0, error_max: 0.2, anti_windup: AntiWindup::On },
         pitch_frequency: 1.2,
         pitch_damping: 0.8,
         yaw_rate_bandwidth: 3.0,
@@ -49,12 +44,7 @@ impl UnderwaterLoops {
     /// because its buoyancy engine can spare 1.4 N. Pitch is as fast as a shifted battery allows;
     /// the yaw-rate loop is mostly at the rudder's limit.
     pub const SLOCUM: Self = Self {
-        surge: SurgeGains {
-            proportional: 28.6,
-            integral: 3.3,
-            error_max: 0.05,
-            anti_windup: AntiWindup::On,
-        },
+        surge: SurgeGains { proportional: 28.6, integral: 3.3, error_max: 0.05, anti_windup: AntiWindup::On },
         pitch_frequency: 0.4,
         pitch_damping: 0.8,
         yaw_rate_bandwidth: 3.0,
@@ -92,13 +82,7 @@ impl UnderwaterLoops {
                 + hull.drag_yaw.resistance(reference.yaw_rate),
         };
         let given = hull.saturated(wanted);
-        surge.integrate(
-            &self.surge,
-            reference.surge,
-            u,
-            wanted.surge_force,
-            given.surge_force,
-        );
+        surge.integrate(&self.surge, reference.surge, u, wanted.surge_force, given.surge_force);
         given
     }
 }

@@ -54,18 +54,9 @@ impl RandomCraft {
             rng.set_stream(attempt);
             let (hull, autopilot, traits) = Draw { rng, constraints }.craft();
             if let Ok(tested) = step_test(&hull, &autopilot) {
-                return Ok(Self {
-                    hull,
-                    autopilot,
-                    tested,
-                    traits,
-                    attempts: attempt + 1,
-                });
+                return Ok(Self { hull, autopilot, tested, traits, attempts: attempt + 1 });
             }
         }
-        Err(NoCraft {
-            seed,
-            attempts: ATTEMPTS,
-        })
+        Err(NoCraft { seed, attempts: ATTEMPTS })
     }
 }

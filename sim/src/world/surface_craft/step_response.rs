@@ -129,10 +129,7 @@ impl Trial<'_> {
         let mut time = 0.0;
         while time < duration {
             let (speed, heading) = references(time);
-            let reference = Reference {
-                speed,
-                heading: Heading::new(heading),
-            };
+            let reference = Reference { speed, heading: Heading::new(heading) };
             let [u, v] = [craft.state[3], craft.state[4]];
             let drift = match self.autopilot.heading_held {
                 HeadingReference::Heading => 0.0,
@@ -180,8 +177,7 @@ impl Trial<'_> {
                 break;
             }
         }
-        best.filter(|(_, speed)| TOP_MIN <= *speed)
-            .ok_or(StepTestFailed::NoSpeed)
+        best.filter(|(_, speed)| TOP_MIN <= *speed).ok_or(StepTestFailed::NoSpeed)
     }
 
     /// The fastest reference at which the craft turns and keeps its speed, m/s.
@@ -200,11 +196,9 @@ impl Trial<'_> {
     fn surge(&self, speed_max: f64) -> Result<SurgeResponse, StepTestFailed> {
         let [slow, middle, fast] = [0.3, 0.45, 0.95].map(|share| share * speed_max);
         let mut trials = vec![];
-        for (from, to, duration) in [
-            (slow, middle, SPEED_TIME),
-            (slow, fast, SPEED_TIME_LARGE),
-            (fast, slow, SPEED_TIME_LARGE),
-        ] {
+        for (from, to, duration) in
+            [(slow, middle, SPEED_TIME), (slow, fast, SPEED_TIME_LARGE), (fast, slow, SPEED_TIME_LARGE)]
+        {
             let samples = self.fly(from, duration, |_| (to, 0.0));
             let answer = |sample: &Sample| (sample.surge - from) / (to - from);
             let gone = (to - from).abs() / self.acceleration();
@@ -224,9 +218,7 @@ impl Trial<'_> {
         let clamped =
             self.autopilot.surge.proportional * self.autopilot.surge.error_max / self.hull.mass_surge;
         let slew = self.autopilot.speed_slew;
-        slew.map_or(clamped, |slew| {
-            clamped.min(slew.acceleration).min(slew.deceleration)
-        })
+        slew.map_or(clamped, |slew| clamped.min(slew.acceleration).min(slew.deceleration))
     }
 
     fn delay(&self) -> f64 {
@@ -277,8 +269,5 @@ fn propulsion_power(hull: &SurfaceHull, speed_max: f64) -> Power {
     } else {
         (linear, cubic)
     };
-    Power {
-        linear_w_per_mps,
-        cubic_w_per_mps3,
-    }
+    Power { linear_w_per_mps, cubic_w_per_mps3 }
 }

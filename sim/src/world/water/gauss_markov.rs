@@ -41,10 +41,7 @@ impl Fluctuation {
 
     /// Advances by `period` s.
     pub(super) fn step(&mut self, period: f64) {
-        let GaussMarkov {
-            sigma,
-            correlation_time,
-        } = self.setup;
+        let GaussMarkov { sigma, correlation_time } = self.setup;
         let elapsed = period / correlation_time;
         // expm1 keeps the digits that 1 − exp loses over steps far shorter than T.
         let fresh = sigma * (-(-2.0 * elapsed).exp_m1()).sqrt();
@@ -63,10 +60,7 @@ mod tests {
 
     use super::*;
 
-    const SETUP: GaussMarkov = GaussMarkov {
-        sigma: 0.07,
-        correlation_time: 10.0,
-    };
+    const SETUP: GaussMarkov = GaussMarkov { sigma: 0.07, correlation_time: 10.0 };
     /// Bounds in standard deviations of the estimate: 1 in 16 000 is missed by chance.
     const CONFIDENCE: f64 = 4.0;
 

@@ -51,17 +51,11 @@ struct Interpolation {
 
 impl Interpolation {
     fn new(axis: &[f64], coordinate: f64) -> Self {
-        let before = axis
-            .partition_point(|&place| place <= coordinate)
-            .saturating_sub(1);
+        let before = axis.partition_point(|&place| place <= coordinate).saturating_sub(1);
         let after = (before + 1).min(axis.len() - 1);
         let gap = axis[after] - axis[before];
         // The share would be negative left of the first place: the edge's value holds.
-        let share = if gap > 0.0 {
-            ((coordinate - axis[before]) / gap).max(0.0)
-        } else {
-            0.0
-        };
+        let share = if gap > 0.0 { ((coordinate - axis[before]) / gap).max(0.0) } else { 0.0 };
         Self { before, after, share }
     }
 
@@ -96,10 +90,7 @@ mod tests {
     /// Linear in each coordinate, with every product: trilinear interpolation reproduces it.
     fn products(t: f64, n: f64, e: f64) -> Vector2<f64> {
         let (t, n, e) = (t / 900.0, n / 200.0, e / 60.0);
-        Vector2::new(
-            (1.0 + t) * (1.0 - 0.3 * n) * (0.5 + 0.5 * e),
-            n * e * t - n * t + e,
-        )
+        Vector2::new((1.0 + t) * (1.0 - 0.3 * n) * (0.5 + 0.5 * e), n * e * t - n * t + e)
     }
 
     fn read(table: &str) -> Result<CurrentGrid, InvalidGrid> {

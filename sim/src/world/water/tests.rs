@@ -9,25 +9,13 @@ fn rng() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(5)
 }
 
-const SHEAR: Shear = Shear {
-    depth: 20.0,
-    factor: 0.5,
-    turn: FRAC_PI_2,
-};
+const SHEAR: Shear = Shear { depth: 20.0, factor: 0.5, turn: FRAC_PI_2 };
 
 fn everything() -> WaterSetup {
     WaterSetup {
-        gauss_markov: Some(GaussMarkov {
-            sigma: 0.05,
-            correlation_time: 300.0,
-        }),
+        gauss_markov: Some(GaussMarkov { sigma: 0.05, correlation_time: 300.0 }),
         shear: Some(SHEAR),
-        waves: Some(Waves {
-            heading_sigma: 0.05,
-            surge_sigma: 0.1,
-            peak_period: 3.0,
-            damping: 0.1,
-        }),
+        waves: Some(Waves { heading_sigma: 0.05, surge_sigma: 0.1, peak_period: 3.0, damping: 0.1 }),
         ..WaterSetup::constant(Vector2::new(0.1, -0.2))
     }
 }
@@ -51,10 +39,7 @@ fn waves_and_fluctuation_do_not_change_each_other() {
     let [all, calm, steady] = [everything(), calm, steady].map(|setup| {
         let mut water = Water::new(&setup, rng());
         (0..100).for_each(|_| water.step());
-        (
-            water.current(&Vector2::zeros(), SURFACE),
-            water.wave_acceleration(),
-        )
+        (water.current(&Vector2::zeros(), SURFACE), water.wave_acceleration())
     });
     assert_eq!((all.0, all.1), (calm.0, steady.1));
     assert_ne!(all.0, steady.0);

@@ -79,10 +79,7 @@ impl WaveMotion {
 
     /// Acceleration at `time` s.
     pub(super) fn acceleration(&self, time: f64) -> WaveAcceleration {
-        WaveAcceleration {
-            surge: self.surge.rate(time),
-            yaw: self.heading.acceleration(time),
-        }
+        WaveAcceleration { surge: self.surge.rate(time), yaw: self.heading.acceleration(time) }
     }
 }
 
@@ -119,20 +116,14 @@ impl Oscillation {
                 phase: rng.random_range(0.0..TAU),
             }
         };
-        Self {
-            amplitude: sigma * (2.0 / n).sqrt(),
-            sinusoids: (0..N_SINUSOIDS).map(sinusoid).collect(),
-        }
+        Self { amplitude: sigma * (2.0 / n).sqrt(), sinusoids: (0..N_SINUSOIDS).map(sinusoid).collect() }
     }
 
     /// A sine of this `amplitude` and `period`, s, whose phase `rng` draws.
     pub(crate) fn sine(amplitude: f64, period: f64, rng: &mut ChaCha8Rng) -> Self {
         Self {
             amplitude,
-            sinusoids: vec![Sinusoid {
-                frequency: TAU / period,
-                phase: rng.random_range(0.0..TAU),
-            }],
+            sinusoids: vec![Sinusoid { frequency: TAU / period, phase: rng.random_range(0.0..TAU) }],
         }
     }
 
@@ -166,12 +157,7 @@ mod tests {
     use super::*;
     use crate::tests::{binomial, near};
 
-    const SETUP: Waves = Waves {
-        heading_sigma: 0.05,
-        surge_sigma: 0.12,
-        peak_period: 4.0,
-        damping: 0.1,
-    };
+    const SETUP: Waves = Waves { heading_sigma: 0.05, surge_sigma: 0.12, peak_period: 4.0, damping: 0.1 };
     const OMEGA_0: f64 = TAU / SETUP.peak_period;
     const SEEDS: u64 = 200;
 
@@ -290,12 +276,7 @@ mod tests {
     #[test]
     fn the_widest_and_narrowest_accepted_setups_give_finite_motion() {
         for (peak_period, damping) in [(1.0, 0.5), (1.0, 0.01), (30.0, 0.5), (30.0, 0.01)] {
-            let setup = Waves {
-                heading_sigma: 0.5,
-                surge_sigma: 1.0,
-                peak_period,
-                damping,
-            };
+            let setup = Waves { heading_sigma: 0.5, surge_sigma: 1.0, peak_period, damping };
             let motion = WaveMotion::new(&setup, &mut ChaCha8Rng::seed_from_u64(2));
             let most = (2.0 * f64::from(N_SINUSOIDS)).sqrt();
             let omega_max = 2.0 * TAU / peak_period;

@@ -3,11 +3,7 @@
 use serde_json::Value;
 
 /// Ranges of places, lengths and angles, which the page states once.
-const USUAL: [&str; 3] = [
-    "-100000 to 100000",
-    "0.01 to 100000",
-    "-6.283185307179586 to 6.283185307179586",
-];
+const USUAL: [&str; 3] = ["-100000 to 100000", "0.01 to 100000", "-6.283185307179586 to 6.283185307179586"];
 
 /// Type, unit and range of a value.
 #[derive(Default)]
@@ -20,10 +16,7 @@ pub(super) struct Form {
 impl Form {
     /// The form with another kind.
     pub(super) fn called(self, kind: impl Into<String>) -> Self {
-        Self {
-            kind: kind.into(),
-            ..self
-        }
+        Self { kind: kind.into(), ..self }
     }
 
     /// Range of a number, whose name has the unit; else kind and range.
@@ -45,9 +38,9 @@ impl Form {
         if self.unit.is_empty() {
             return meaning.to_owned();
         }
-        [".", ",", ";", ":"].iter().fold(meaning.to_owned(), |text, end| {
-            text.replace(&format!(", {}{end}", self.unit), end)
-        })
+        [".", ",", ";", ":"]
+            .iter()
+            .fold(meaning.to_owned(), |text, end| text.replace(&format!(", {}{end}", self.unit), end))
     }
 }
 
@@ -72,11 +65,7 @@ pub(super) fn number(value: &Value) -> Form {
     let described = value["description"].as_str().expect("is described");
     let (limits, _) = described.split_once(';').expect("has limits");
     let words: Vec<&str> = limits.split_whitespace().collect();
-    Form {
-        kind: "number".to_owned(),
-        unit: words[3..].join(" "),
-        range: words[..3].join(" "),
-    }
+    Form { kind: "number".to_owned(), unit: words[3..].join(" "), range: words[..3].join(" ") }
 }
 
 /// The kind of a list's items, unless they are listed below it.

@@ -25,11 +25,7 @@ fn earth_centred(lat_deg: f64, lon_deg: f64, height: f64) -> Vector3<f64> {
     let e2: f64 = f * (2.0 - f);
     let ((sin, cos), (sin_l, cos_l)) = (lat_deg.to_radians().sin_cos(), lon_deg.to_radians().sin_cos());
     let n = a / (1.0 - e2 * sin * sin).sqrt();
-    Vector3::new(
-        (n + height) * cos * cos_l,
-        (n + height) * cos * sin_l,
-        (n * (1.0 - e2) + height) * sin,
-    )
+    Vector3::new((n + height) * cos * cos_l, (n + height) * cos * sin_l, (n * (1.0 - e2) + height) * sin)
 }
 
 /// Rows north, east, down of the tangent plane.
@@ -81,12 +77,7 @@ fn world() -> impl Strategy<Value = World> {
         let lat = lat_deg + north / 111_000.0;
         let lon = lon_deg + east / (111_000.0 * lat_deg.to_radians().cos());
         World {
-            craft: CraftPose {
-                position: Origin { lat_deg, lon_deg },
-                heading,
-                roll,
-                pitch,
-            },
+            craft: CraftPose { position: Origin { lat_deg, lon_deg }, heading, roll, pitch },
             mounting: Mounting {
                 forward_m: lever.0,
                 starboard_m: lever.1,
@@ -96,10 +87,7 @@ fn world() -> impl Strategy<Value = World> {
                 roll_offset_rad: lever.5,
                 depth_m: Some(TRANSDUCER_DEPTH),
             },
-            auv: Origin {
-                lat_deg: lat,
-                lon_deg: (lon + 180.0).rem_euclid(360.0) - 180.0,
-            },
+            auv: Origin { lat_deg: lat, lon_deg: (lon + 180.0).rem_euclid(360.0) - 180.0 },
             depth,
         }
     })
@@ -144,22 +132,16 @@ impl World {
     /// The adapter's fix from `text`, with the craft here only at `arrival_s`.
     fn fix(&self, modem: ModemKind, text: &str, arrival_s: f64) -> AuvFix {
         let mut modem = Modem::new(&self.settings(modem)).expect("is usable");
-        let known = KnownDepth {
-            t_s: arrival_s,
-            depth_m: self.depth,
-            sigma_m: 0.1,
-        };
+        let known = KnownDepth { t_s: arrival_s, depth_m: self.depth, sigma_m: 0.1 };
         modem.note_depth("auv-c", known);
         let mut poses = PoseHistory::default();
         let mut elsewhere = self.craft;
         elsewhere.position.lat_deg += 0.001;
         elsewhere.heading += 0.1;
         // Rounding changes the time by less than a microsecond and the pose by less than 0.2 mm.
-        for (t_s, pose) in [
-            (arrival_s - 1.0, elsewhere),
-            (arrival_s, self.craft),
-            (arrival_s + 1.0, elsewhere),
-        ] {
+        for (t_s, pose) in
+            [(arrival_s - 1.0, elsewhere), (arrival_s, self.craft), (arrival_s + 1.0, elsewhere)]
+        {
             poses.push(t_s, pose);
         }
         let mut fixes = modem.push(text.as_bytes(), RECEIVED_S, &poses);

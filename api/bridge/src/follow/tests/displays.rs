@@ -72,14 +72,7 @@ impl Voyage {
         let interval = Duration::from_millis(10);
         let log = bridge.log.clock.clone();
         bridge.log.mission = Some(MissionLink::open(client, choice, interval, 1.0, log));
-        Self {
-            bridge,
-            wire: wire.expect("is opened"),
-            link: link(|_| {}),
-            tenths: 0,
-            sent,
-            posted,
-        }
+        Self { bridge, wire: wire.expect("is opened"), link: link(|_| {}), tenths: 0, sent, posted }
     }
 
     /// A tick with `fault`, and the time until the next one.
@@ -111,12 +104,8 @@ impl Voyage {
         let north_m = 0.1 * SPEED * f64::from(self.tenths);
         #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
         let lat = ((38.0 + north_m / METRES_PER_DEGREE) * 1e7) as i32;
-        let place = GLOBAL_POSITION_INT_DATA {
-            lat,
-            lon: -91_200_000,
-            vx: 100,
-            ..GLOBAL_POSITION_INT_DATA::DEFAULT
-        };
+        let place =
+            GLOBAL_POSITION_INT_DATA { lat, lon: -91_200_000, vx: 100, ..GLOBAL_POSITION_INT_DATA::DEFAULT };
         let mut bytes = frame(1, 1, &MavMessage::GLOBAL_POSITION_INT(place));
         if self.tenths.is_multiple_of(10) {
             let is_left = fault == Some(Fault::LeavesGuided);
@@ -152,10 +141,7 @@ impl Voyage {
             }
         }
         let posted = self.posted.lock().expect("is whole");
-        let posted = posted.last().map(|said| Steering {
-            state: said.state,
-            cause: said.why.clone(),
-        });
+        let posted = posted.last().map(|said| Steering { state: said.state, cause: said.why.clone() });
         let [line, posted] = [line, posted.as_ref()].map(|steering| {
             let texts = steering.map(Steering::texts).unwrap_or_default();
             texts.join(" ").replace(" ... ", " ")
@@ -170,16 +156,8 @@ async fn every_display_changes_at_the_tick_of_the_state() {
         // Two seconds later than after the usual five, or one.
         (Fault::FixesCease, "Pilotfish steering: no new fix of auv-1", 7.1),
         (Fault::PlansCease, "Pilotfish steering: no new plan", 3.1),
-        (
-            Fault::LeavesGuided,
-            "Pilotfish off: the autopilot left its guided mode",
-            0.1,
-        ),
-        (
-            Fault::RudderSticks,
-            "Pilotfish steering: the heading does not turn as told",
-            2.1,
-        ),
+        (Fault::LeavesGuided, "Pilotfish off: the autopilot left its guided mode", 0.1),
+        (Fault::RudderSticks, "Pilotfish steering: the heading does not turn as told", 2.1),
     ] {
         let mut voyage = Voyage::begin();
         for _ in 0..300 {

@@ -9,10 +9,7 @@ const BITS: u32 = 8;
 
 fn everything_in<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Measurement>, Rejects) {
     let mut reader = NmeaReader::default();
-    let read = pieces
-        .into_iter()
-        .flat_map(|piece| reader.push(piece, RECEIVED_S))
-        .collect();
+    let read = pieces.into_iter().flat_map(|piece| reader.push(piece, RECEIVED_S)).collect();
     (read, reader.rejects().clone())
 }
 
@@ -46,29 +43,23 @@ fn any_good_sentence() -> impl Strategy<Value = String> {
     let talker = prop::sample::select(vec!["GP", "GN", "HE", "II", "VW"]);
     let (angle, knots, rate) = (0.0..=360.0_f64, 0.0..=102.0_f64, -720.0..=720.0_f64);
     let minutes = || 0.0..59.99_f64;
-    (
-        talker,
-        0..8,
-        (angle, knots, rate),
-        (0..90_usize, minutes(), 0..180_usize, minutes()),
+    (talker, 0..8, (angle, knots, rate), (0..90_usize, minutes(), 0..180_usize, minutes())).prop_map(
+        |(talker, kind, (angle, knots, rate), (lat, lat_min, lon, lon_min))| {
+            let (south, west) = (["N", "S"][lat % 2], ["E", "W"][lon % 2]);
+            let place = format!("{lat:02}{lat_min:07.4},{south},{lon:03}{lon_min:07.4},{west}");
+            let sentence = match kind {
+                0 => format!("GGA,123519.5,{place},4,12,0.7,1.0,M,2.0,M,,"),
+                1 => format!("RMC,123519.5,A,{place},{knots:.2},{angle:.1},140326,,,A"),
+                2 => format!("VTG,{angle:.2},T,,M,{knots:.2},N,,K,D"),
+                3 => format!("HDT,{angle:.1},T"),
+                4 => format!("THS,{angle:.2},A"),
+                5 => format!("ROT,{rate:.1},A"),
+                6 => format!("VHW,{angle:.1},T,,M,,N,{knots:.1},K"),
+                _ => format!("VBW,{:.1},{knots:.1},A,,,V", -knots),
+            };
+            with_checksum(&format!("{talker}{sentence}"))
+        },
     )
-        .prop_map(
-            |(talker, kind, (angle, knots, rate), (lat, lat_min, lon, lon_min))| {
-                let (south, west) = (["N", "S"][lat % 2], ["E", "W"][lon % 2]);
-                let place = format!("{lat:02}{lat_min:07.4},{south},{lon:03}{lon_min:07.4},{west}");
-                let sentence = match kind {
-                    0 => format!("GGA,123519.5,{place},4,12,0.7,1.0,M,2.0,M,,"),
-                    1 => format!("RMC,123519.5,A,{place},{knots:.2},{angle:.1},140326,,,A"),
-                    2 => format!("VTG,{angle:.2},T,,M,{knots:.2},N,,K,D"),
-                    3 => format!("HDT,{angle:.1},T"),
-                    4 => format!("THS,{angle:.2},A"),
-                    5 => format!("ROT,{rate:.1},A"),
-                    6 => format!("VHW,{angle:.1},T,,M,,N,{knots:.1},K"),
-                    _ => format!("VBW,{:.1},{knots:.1},A,,,V", -knots),
-                };
-                with_checksum(&format!("{talker}{sentence}"))
-            },
-        )
 }
 
 /// Wires: published sentences, damaged ones, and any bytes, with and without line ends.

@@ -25,15 +25,9 @@ fn headings_are_written_in_degrees_from_0_to_less_than_360() {
 
 #[test]
 fn four_sentences_carry_heading_and_speed() {
-    let reference = Reference {
-        heading: -PI / 2.0,
-        speed: 0.756,
-    };
+    let reference = Reference { heading: -PI / 2.0, speed: 0.756 };
     let sentences = heading_and_speed_sentences(&reference);
-    let without_checksums: Vec<&str> = sentences
-        .lines()
-        .filter_map(|line| line.split('*').next())
-        .collect();
+    let without_checksums: Vec<&str> = sentences.lines().filter_map(|line| line.split('*').next()).collect();
     assert_eq!(
         without_checksums,
         [

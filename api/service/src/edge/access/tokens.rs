@@ -125,8 +125,7 @@ impl TokenFile {
         };
         // An editor may have added a byte-order mark.
         let read = serde_json::from_slice(text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&text));
-        read.map(Some)
-            .map_err(|error| TokenError::NoTokens(path.to_owned(), error))
+        read.map(Some).map_err(|error| TokenError::NoTokens(path.to_owned(), error))
     }
 
     /// Creates a token, stores its digest in the file at `path`, and returns it.
@@ -352,12 +351,7 @@ mod tests {
     }
 
     fn new(name: &str, role: Role, valid: Option<Duration>) -> NewToken {
-        NewToken {
-            name: name.to_owned(),
-            role,
-            limit: None,
-            valid,
-        }
+        NewToken { name: name.to_owned(), role, limit: None, valid }
     }
 
     fn valid(tokens: &Tokens, token: &str) -> Option<StoredToken> {
@@ -388,10 +382,7 @@ mod tests {
         tokens.0.lock().reload();
         assert_eq!(valid(&tokens, &token), None);
         assert!(valid(&tokens, &other).is_some());
-        assert!(matches!(
-            TokenFile::revoke(&path, "bridge"),
-            Err(TokenError::Unknown(_))
-        ));
+        assert!(matches!(TokenFile::revoke(&path, "bridge"), Err(TokenError::Unknown(_))));
     }
 
     #[tokio::test(start_paused = true)]

@@ -168,11 +168,7 @@ impl Live {
         let checked = self.context.planners.read_for_mission(Priority::Mission, check);
         checked.await?.map_err(Problem::Invalid)?;
         self.context.hold(bytes)?;
-        let event = Event::Changed {
-            at_s,
-            setting,
-            replaced,
-        };
+        let event = Event::Changed { at_s, setting, replaced };
         let answer = self.append_and_apply(event, key).await;
         self.context.hold(self.bytes_with(self.state.config()))?;
         answer
@@ -196,10 +192,9 @@ impl Live {
             after.apply(&event, &self.mission.clock);
             after
         });
-        let checkpoint = after.as_ref().map(|after| Checkpoint {
-            state: Some(after),
-            plan: self.context.view.borrow().plan.clone(),
-        });
+        let checkpoint = after
+            .as_ref()
+            .map(|after| Checkpoint { state: Some(after), plan: self.context.view.borrow().plan.clone() });
         let events = [event];
         let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
@@ -238,10 +233,7 @@ impl Live {
         });
         let next = Some(previous(&made, self.state.origin()));
         let before = Arc::make_mut(&mut self.state).replace_previous_plan(next);
-        let checkpoint = Checkpoint {
-            state: Some(&*self.state),
-            plan: Some(Arc::clone(&plan)),
-        };
+        let checkpoint = Checkpoint { state: Some(&*self.state), plan: Some(Arc::clone(&plan)) };
         let events = [Event::Planned(Box::new(event))];
         if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
             // The next plan follows the last one that is stored.

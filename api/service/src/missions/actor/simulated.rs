@@ -54,13 +54,7 @@ struct Progress {
 
 impl Simulated {
     pub(in crate::missions) fn new(context: Context, config: mission::Simulated) -> Self {
-        Self {
-            config,
-            progress: None,
-            due: context.clock().now(),
-            context,
-            pause: PAUSE,
-        }
+        Self { config, progress: None, due: context.clock().now(), context, pause: PAUSE }
     }
 }
 
@@ -207,10 +201,7 @@ impl Simulated {
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
         let events = ticks.into_iter().map(planned).chain(progress.end.take());
         let events: Vec<_> = events.collect();
-        let checkpoint = plan.clone().map(|plan| Checkpoint {
-            state: None,
-            plan: Some(plan),
-        });
+        let checkpoint = plan.clone().map(|plan| Checkpoint { state: None, plan: Some(plan) });
         let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
             progress.sequence = self.context.mission.sequence;
@@ -266,10 +257,7 @@ impl Progress {
             match self.simulation.tick(None, workspace) {
                 Ok(tick) => self.ticks.push(tick),
                 Err(error) => {
-                    self.end = Some(Event::Failed {
-                        at_s: clock.unix_s(),
-                        reason: error.to_string(),
-                    });
+                    self.end = Some(Event::Failed { at_s: clock.unix_s(), reason: error.to_string() });
                 }
             }
             if self.end.is_none() && self.simulation.is_over() {

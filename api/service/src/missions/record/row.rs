@@ -80,32 +80,17 @@ pub(super) type Refused = BTreeMap<String, Vec<f64>>;
 
 /// The rows of event `sequence` at `time` on the mission's clock. A refused fix has one row.
 pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut Refused) -> Vec<Row<'a>> {
-    let row = Row {
-        sequence: Some(sequence),
-        kind: Some(event.kind()),
-        t_s: Some(time),
-        ..Row::default()
-    };
+    let row = Row { sequence: Some(sequence), kind: Some(event.kind()), t_s: Some(time), ..Row::default() };
     match event {
         Event::Created { at_s, .. }
         | Event::Ran { at_s, .. }
         | Event::Paused { at_s }
         | Event::Changed { at_s, .. }
         | Event::ClockSet { at_s, .. }
-        | Event::Finished { at_s } => vec![Row {
-            received_s: Some(*at_s),
-            ..row
-        }],
-        Event::Failed { at_s, reason } => vec![Row {
-            received_s: Some(*at_s),
-            reason: Some(reason),
-            ..row
-        }],
+        | Event::Finished { at_s } => vec![Row { received_s: Some(*at_s), ..row }],
+        Event::Failed { at_s, reason } => vec![Row { received_s: Some(*at_s), reason: Some(reason), ..row }],
         Event::Reported { heard, .. } => {
-            let row = Row {
-                received_s: Some(heard.received_s.unwrap_or(time)),
-                ..row
-            };
+            let row = Row { received_s: Some(heard.received_s.unwrap_or(time)), ..row };
             let states = heard.asc.iter().map(|state| asc_state(&row, state));
             let fixes = heard
                 .auvs
@@ -222,12 +207,7 @@ fn newly_refused<'a>(
     let before = before.unwrap_or_default();
     let row = *row;
     let news = auv.refused_t_s.iter().filter(move |time| !before.contains(time));
-    news.map(move |&time| Row {
-        kind: Some("refused"),
-        t_s: Some(time),
-        vehicle: Some(&auv.id),
-        ..row
-    })
+    news.map(move |&time| Row { kind: Some("refused"), t_s: Some(time), vehicle: Some(&auv.id), ..row })
 }
 
 /// The true states of the surface craft, with its goal, and of the AUVs.

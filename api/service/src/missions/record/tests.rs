@@ -24,11 +24,7 @@ mod parts;
 /// An id that every format has to quote.
 const ODD: &str = "auv \"1\",\nsouth";
 
-static WHOLE: EventFilter = EventFilter {
-    after: 0,
-    limit: None,
-    kinds: Vec::new(),
-};
+static WHOLE: EventFilter = EventFilter { after: 0, limit: None, kinds: Vec::new() };
 
 /// Creation time of the live mission, Unix time, s, which is a multiple of no period.
 const MADE: f64 = 1_760_000_000.125;
@@ -46,12 +42,7 @@ impl Logged {
         let directory = tempfile::tempdir().expect("is made");
         let log = EventStore::open(directory.path(), &Clock::simulated(1.8e9)).expect("opens");
         let reader = log.reader().expect("opens");
-        let mut logged = Self {
-            _directory: directory,
-            log,
-            reader,
-            number: 0,
-        };
+        let mut logged = Self { _directory: directory, log, reader, number: 0 };
         logged.append(1, events).await;
         let listed = logged.reader.mission("m").expect("reads").expect("is there");
         logged.number = listed.number;
@@ -89,10 +80,7 @@ impl Logged {
 }
 
 fn made(at_s: f64, mission: Value) -> Event {
-    Event::Created {
-        at_s,
-        mission: Box::new(serde_json::from_value(mission).expect("is a mission")),
-    }
+    Event::Created { at_s, mission: Box::new(serde_json::from_value(mission).expect("is a mission")) }
 }
 
 /// Two vehicles off Sesimbra.
@@ -102,10 +90,7 @@ fn made_live() -> Event {
         "goal": {"kind": "track", "auv": ODD},
         "origin": {"lat_deg": 38.41, "lon_deg": -9.12},
     });
-    made(
-        MADE,
-        json!({"schema_version": "1.0", "title": "Two, \"live\"", "live": live}),
-    )
+    made(MADE, json!({"schema_version": "1.0", "title": "Two, \"live\"", "live": live}))
 }
 
 fn made_simulated() -> Event {
@@ -114,10 +99,7 @@ fn made_simulated() -> Event {
 }
 
 fn reported(at_s: f64, heard: Value) -> Event {
-    Event::Reported {
-        at_s,
-        heard: Box::new(serde_json::from_value::<Reports>(heard).expect("are reports")),
-    }
+    Event::Reported { at_s, heard: Box::new(serde_json::from_value::<Reports>(heard).expect("are reports")) }
 }
 
 fn planned(t_s: f64, truth: Option<Truth>) -> Event {
@@ -151,10 +133,7 @@ fn live() -> Vec<Event> {
     let state = json!({"north_m": 0.0, "east_m": 0.0, "heading_rad": 0.25, "speed_mps": 0.5});
     vec![
         made_live(),
-        Event::Ran {
-            at_s: MADE + 0.5,
-            speed_factor: None,
-        },
+        Event::Ran { at_s: MADE + 0.5, speed_factor: None },
         reported(
             MADE + 3.0,
             json!({
@@ -164,25 +143,13 @@ fn live() -> Vec<Event> {
         ),
         reported(MADE + 4.0, json!({"asc": [{"t_s": MADE + 3.5, "state": state}]})),
         planned(MADE + 4.25, None),
-        Event::Failed {
-            at_s: MADE + 5.0,
-            reason: "out of\nluck".to_owned(),
-        },
+        Event::Failed { at_s: MADE + 5.0, reason: "out of\nluck".to_owned() },
     ]
 }
 
 fn truth(north_m: f64) -> Truth {
-    let vehicle = TrueVehicle {
-        north_m,
-        east_m: 2.0,
-        depth_m: 0.0,
-        heading_rad: 0.5,
-        speed_mps: 1.0,
-    };
-    let auv = TrueVehicle {
-        depth_m: 9.5,
-        ..vehicle
-    };
+    let vehicle = TrueVehicle { north_m, east_m: 2.0, depth_m: 0.0, heading_rad: 0.5, speed_mps: 1.0 };
+    let auv = TrueVehicle { depth_m: 9.5, ..vehicle };
     Truth {
         asc: vehicle,
         auvs: BTreeMap::from([("auv-1".to_owned(), auv)]),
@@ -196,10 +163,7 @@ fn truth(north_m: f64) -> Truth {
 fn simulated() -> Vec<Event> {
     vec![
         made_simulated(),
-        Event::Ran {
-            at_s: MADE + 1.0,
-            speed_factor: Some(10.0),
-        },
+        Event::Ran { at_s: MADE + 1.0, speed_factor: Some(10.0) },
         planned(0.0, Some(truth(0.0))),
         planned(1.0, Some(truth(1.5))),
         Event::Finished { at_s: MADE + 2.0 },
@@ -222,10 +186,7 @@ fn line<'a>(cells: impl IntoIterator<Item = (&'a str, Value)>) -> BTreeMap<Strin
         Value::Number(number) => number.as_f64().expect("is one").to_string(),
         other => other.to_string(),
     };
-    cells
-        .into_iter()
-        .map(|(name, value)| (name.to_owned(), text(value)))
-        .collect()
+    cells.into_iter().map(|(name, value)| (name.to_owned(), text(value))).collect()
 }
 
 #[tokio::test(start_paused = true)]
@@ -256,11 +217,7 @@ async fn the_table_of_a_live_mission_has_every_observation_at_its_time() {
         ];
         line(cells.into_iter().chain(more.iter().cloned()))
     };
-    let telemetry = [
-        ("depth_m", json!(12.5)),
-        ("course_rad", json!(FRAC_PI_2)),
-        ("speed_mps", json!(0.3)),
-    ];
+    let telemetry = [("depth_m", json!(12.5)), ("course_rad", json!(FRAC_PI_2)), ("speed_mps", json!(0.3))];
     let expected = vec![
         line(order(1, "created", MADE)),
         line(order(2, "ran", MADE + 0.5)),
@@ -292,11 +249,7 @@ async fn the_table_of_a_live_mission_has_every_observation_at_its_time() {
             ("solve_ms", json!(0.7)),
             ("late_s", json!(0.001)),
         ]),
-        line(
-            order(6, "failed", MADE + 5.0)
-                .into_iter()
-                .chain([("reason", json!("out of\nluck"))]),
-        ),
+        line(order(6, "failed", MADE + 5.0).into_iter().chain([("reason", json!("out of\nluck"))])),
     ];
     assert_eq!(table(&logged.written(RecordFormat::Csv)), expected);
 }
@@ -309,13 +262,7 @@ async fn the_table_of_a_simulated_mission_has_positions_on_the_mission_s_clock()
         .iter()
         .map(|row| {
             let cell = |name: &str| row.get(name).map_or("", String::as_str);
-            [
-                cell("kind"),
-                cell("t_s"),
-                cell("vehicle"),
-                cell("north_m"),
-                cell("depth_m"),
-            ]
+            [cell("kind"), cell("t_s"), cell("vehicle"), cell("north_m"), cell("depth_m")]
         })
         .collect();
     let expected = [
@@ -338,21 +285,10 @@ async fn parquet_names_its_mission() {
     let logged = Logged::of(simulated()).await;
     let file = SerializedFileReader::new(Bytes::from(logged.written(RecordFormat::Parquet)));
     let file = file.expect("is Parquet");
-    let pairs = file
-        .metadata()
-        .file_metadata()
-        .key_value_metadata()
-        .expect("has pairs");
-    let pairs: Vec<(&str, &str)> = pairs
-        .iter()
-        .map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap_or_default()))
-        .collect();
-    let expected = [
-        ("schema_version", "3"),
-        ("kind", "simulated"),
-        ("scenario", "calm"),
-        ("seed", "3"),
-    ];
+    let pairs = file.metadata().file_metadata().key_value_metadata().expect("has pairs");
+    let pairs: Vec<(&str, &str)> =
+        pairs.iter().map(|pair| (pair.key.as_str(), pair.value.as_deref().unwrap_or_default())).collect();
+    let expected = [("schema_version", "3"), ("kind", "simulated"), ("scenario", "calm"), ("seed", "3")];
     assert_eq!(pairs, expected);
 }
 
@@ -363,10 +299,7 @@ fn messages(file: &[u8]) -> BTreeMap<String, Vec<(u64, u64, Value)>> {
         let message = message.expect("can be read");
         let body = serde_json::from_slice(&message.data).expect("is JSON");
         let entry = (message.log_time, message.publish_time, body);
-        topics
-            .entry(message.channel.topic.clone())
-            .or_default()
-            .push(entry);
+        topics.entry(message.channel.topic.clone()).or_default().push(entry);
     }
     topics
 }
@@ -380,10 +313,8 @@ fn is_after_made(time: u64, seconds: u64) -> bool {
 async fn mcap_of_a_live_mission_logs_reports_when_heard_and_publishes_them_when_true() {
     let logged = Logged::of(live()).await;
     let topics = messages(&logged.written(RecordFormat::Mcap));
-    let counts: Vec<(&str, usize)> = topics
-        .iter()
-        .map(|(topic, logged)| (topic.as_str(), logged.len()))
-        .collect();
+    let counts: Vec<(&str, usize)> =
+        topics.iter().map(|(topic, logged)| (topic.as_str(), logged.len())).collect();
     let (odd_fix, odd_pose) = (format!("/{ODD}/fix"), format!("/{ODD}/pose"));
     let expected = [
         ("/asc/fix", 1),
@@ -403,10 +334,7 @@ async fn mcap_of_a_live_mission_logs_reports_when_heard_and_publishes_them_when_
     assert!(is_after_made(*publish_time, 1), "{publish_time}");
     assert_eq!(pose["pose"]["position"], json!({"x": 0.0, "y": 0.0, "z": -12.5}));
     // Its course was east, which is along x.
-    assert_eq!(
-        pose["pose"]["orientation"],
-        json!({"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0})
-    );
+    assert_eq!(pose["pose"]["orientation"], json!({"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}));
 
     let (_, _, place) = &topics["/asc/fix"][0];
     let degrees = |name: &str| place[name].as_f64().expect("is a number");
@@ -415,13 +343,8 @@ async fn mcap_of_a_live_mission_logs_reports_when_heard_and_publishes_them_when_
 
     let lines = logged.written(RecordFormat::EventsNdjson);
     let lines = lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty());
-    let lines: Vec<Value> = lines
-        .map(|line| serde_json::from_slice(line).expect("is JSON"))
-        .collect();
-    let events: Vec<Value> = topics["/events"]
-        .iter()
-        .map(|(_, _, event)| event.clone())
-        .collect();
+    let lines: Vec<Value> = lines.map(|line| serde_json::from_slice(line).expect("is JSON")).collect();
+    let events: Vec<Value> = topics["/events"].iter().map(|(_, _, event)| event.clone()).collect();
     assert_eq!(events, lines);
 }
 
@@ -441,10 +364,7 @@ fn tracks(bytes: &[u8]) -> Vec<Track> {
             };
             let times = feature.property("t_s").expect("are there").clone();
             let times: Vec<f64> = serde_json::from_value(times).expect("are numbers");
-            let Some(Geometry {
-                value: GeometryValue::LineString { coordinates },
-                ..
-            }) = &feature.geometry
+            let Some(Geometry { value: GeometryValue::LineString { coordinates }, .. }) = &feature.geometry
             else {
                 panic!("{feature:?}");
             };
@@ -458,16 +378,12 @@ fn tracks(bytes: &[u8]) -> Vec<Track> {
 async fn geojson_of_a_live_mission_has_a_line_per_vehicle_heard_twice_in_order_of_time() {
     let logged = Logged::of(live()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
-    let [(kind, id, times, positions)] = tracks.as_slice() else {
-        panic!("{tracks:?}")
-    };
+    let [(kind, id, times, positions)] = tracks.as_slice() else { panic!("{tracks:?}") };
     assert_eq!((kind.as_str(), id.as_str()), ("auv", ODD));
     assert_eq!(times, &[MADE + 1.0, MADE + 2.0]);
     assert_eq!(positions[0], [-9.12, 38.41, -12.5]);
     // A hundred metres of the meridian at that latitude: 111 km a degree, to a thousandth.
-    let [longitude, latitude] = positions[1][..] else {
-        panic!("{positions:?}")
-    };
+    let [longitude, latitude] = positions[1][..] else { panic!("{positions:?}") };
     assert_eq!(longitude, -9.12);
     assert!(((latitude - 38.41) * 111_000.0 - 100.0).abs() < 0.1, "{latitude}");
 }
@@ -476,9 +392,7 @@ async fn geojson_of_a_live_mission_has_a_line_per_vehicle_heard_twice_in_order_o
 async fn a_line_is_in_order_of_time_despite_reports_that_are_minutes_late() {
     let logged = Logged::of(long(2_000)).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
-    let [(_, _, times, positions)] = tracks.as_slice() else {
-        panic!("{tracks:?}")
-    };
+    let [(_, _, times, positions)] = tracks.as_slice() else { panic!("{tracks:?}") };
     assert_eq!((times.len(), positions.len()), (1_000, 1_000));
     assert!(times.is_sorted());
 }
@@ -487,10 +401,8 @@ async fn a_line_is_in_order_of_time_despite_reports_that_are_minutes_late() {
 async fn geojson_of_a_simulated_mission_has_its_vehicles_at_the_scenario_s_origin() {
     let logged = Logged::of(simulated()).await;
     let tracks = tracks(&logged.written(RecordFormat::Geojson));
-    let who: Vec<_> = tracks
-        .iter()
-        .map(|(kind, id, times, _)| (kind.as_str(), id.as_str(), times.as_slice()))
-        .collect();
+    let who: Vec<_> =
+        tracks.iter().map(|(kind, id, times, _)| (kind.as_str(), id.as_str(), times.as_slice())).collect();
     assert_eq!(
         who,
         [
@@ -502,25 +414,17 @@ async fn geojson_of_a_simulated_mission_has_its_vehicles_at_the_scenario_s_origi
     for (_, _, _, positions) in &tracks[..2] {
         // North by 1.5 m, and not to the east.
         let (from, to) = (&positions[0], &positions[1]);
-        assert!(
-            ((to[1] - from[1]) * 111_000.0 - 1.5).abs() < 0.01,
-            "{positions:?}"
-        );
+        assert!(((to[1] - from[1]) * 111_000.0 - 1.5).abs() < 0.01, "{positions:?}");
         assert!((to[0] - from[0]).abs() < 1e-8, "{positions:?}");
     }
-    let lengths: Vec<usize> = tracks
-        .iter()
-        .map(|(_, _, _, positions)| positions[0].len())
-        .collect();
+    let lengths: Vec<usize> = tracks.iter().map(|(_, _, _, positions)| positions[0].len()).collect();
     assert_eq!(lengths, [2, 3, 2]);
 }
 
 #[tokio::test(start_paused = true)]
 async fn without_a_position_on_earth_no_byte_of_geojson_is_written() {
     let mut events = live();
-    let Event::Created { mission, .. } = &mut events[0] else {
-        panic!("is made first")
-    };
+    let Event::Created { mission, .. } = &mut events[0] else { panic!("is made first") };
     mission.live.as_mut().expect("is live").origin = None;
     let logged = Logged::of(events).await;
     for format in RecordFormat::ALL {
@@ -546,10 +450,7 @@ async fn a_mission_without_events_is_written_too() {
     assert_eq!(table(&logged.written(RecordFormat::Csv)).len(), 1);
     assert_eq!(messages(&logged.written(RecordFormat::Mcap))["/events"].len(), 1);
     assert!(tracks(&logged.written(RecordFormat::Geojson)).is_empty());
-    let empty = Logged {
-        number: logged.number + 1,
-        ..logged
-    };
+    let empty = Logged { number: logged.number + 1, ..logged };
     assert!(empty.written(RecordFormat::EventsNdjson).is_empty());
     assert!(table(&empty.written(RecordFormat::Csv)).is_empty());
     assert!(messages(&empty.written(RecordFormat::Mcap)).is_empty());
@@ -563,10 +464,7 @@ async fn later_events_are_left_out_of_a_record() {
     let logged = Logged::of(live()).await;
     let events = MissionEvents::of(&logged.reader, logged.number, &WHOLE).expect("reads");
     logged.append(7, [planned(MADE + 6.0, None)]).await;
-    let sequences: Vec<u64> = events
-        .stored()
-        .map(|event| event.expect("reads").sequence)
-        .collect();
+    let sequences: Vec<u64> = events.stored().map(|event| event.expect("reads").sequence).collect();
     assert_eq!(sequences, [1, 2, 3, 4, 5, 6]);
 }
 
@@ -589,9 +487,7 @@ async fn a_mission_deleted_during_its_record_is_an_error() {
 #[tokio::test(start_paused = true)]
 async fn a_rehearsal_s_clock_is_faster_from_its_creation() {
     let mut events = live();
-    let Event::Created { mission, .. } = &mut events[0] else {
-        panic!("is made first")
-    };
+    let Event::Created { mission, .. } = &mut events[0] else { panic!("is made first") };
     mission.live.as_mut().expect("is live").clock_rate = 10.0;
     let logged = Logged::of(events).await;
     let table = table(&logged.written(RecordFormat::Csv));
@@ -620,10 +516,7 @@ fn names_in_records_are_those_of_the_answers() {
         assert_eq!(serde_json::to_value(word).expect("is a word"), outcome(word));
     }
     for format in RecordFormat::ALL {
-        assert_eq!(
-            serde_json::to_value(format).expect("is a word"),
-            format.extension().replace('.', "_")
-        );
+        assert_eq!(serde_json::to_value(format).expect("is a word"), format.extension().replace('.', "_"));
     }
 }
 
@@ -699,9 +592,7 @@ fn planned_without(t_s: f64, refused_t_s: &[f64]) -> Event {
             "sway_per_yaw_rate_s": 0.0, "follows": true,
         },
     });
-    let Event::Planned(mut plan) = planned(t_s, None) else {
-        unreachable!("is a plan")
-    };
+    let Event::Planned(mut plan) = planned(t_s, None) else { unreachable!("is a plan") };
     plan.prediction = Some(serde_json::from_value(prediction).expect("is a prediction"));
     Event::Planned(plan)
 }
@@ -750,12 +641,7 @@ mod slow {
                 (out, memory.bytes_max)
             };
             let ((short, few), (out, most)) = (run(&some), run(&many));
-            assert!(
-                4 * short.bytes < out.bytes,
-                "{format:?}: {} and {}",
-                short.bytes,
-                out.bytes
-            );
+            assert!(4 * short.bytes < out.bytes, "{format:?}: {} and {}", short.bytes, out.bytes);
             // A chunk of MCAP, and the message that does not fit into it.
             assert!(out.largest < (1 << 20) + (4 << 10), "{format:?}: {}", out.largest);
             // The growth of the indexes, of which Parquet's is the greatest.

@@ -99,11 +99,7 @@ fn the_next_visit_is_stable_between_auvs_of_equal_cost() {
             let place = direction(bearing + side) * distance;
             resting(place.x, place.y)
         };
-        let mut request = two(
-            &[("auv-0", at(-apart), 100.0), ("auv-1", at(apart), 100.0)],
-            0.0,
-            0.0,
-        );
+        let mut request = two(&[("auv-0", at(-apart), 100.0), ("auv-1", at(apart), 100.0)], 0.0, 0.0);
         request.asc.heading_rad = rng.random_range(-PI..PI);
         let goal = visits(&mut request);
         goal.cost = costs()[rng.random_range(0..3)];
@@ -150,10 +146,7 @@ fn noise_rarely_changes_the_next_visit_in_large_fleets() {
 
 #[test]
 fn a_search_without_time_continues_the_previous_schedule() {
-    let hurried = SchedulingParameters {
-        visits_tried: 1,
-        ..SchedulingParameters::default()
-    };
+    let hurried = SchedulingParameters { visits_tried: 1, ..SchedulingParameters::default() };
     let mut worse_without = 0;
     for seed in 0..12 {
         let mut request = random(9000 + seed, 8, 1000.0);

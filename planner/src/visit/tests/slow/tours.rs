@@ -76,10 +76,7 @@ fn a_craft_on_its_schedules_serves_as_often_as_the_best_tour() {
     for (seed, n) in [(1, 3), (2, 3), (3, 4)] {
         let places = places(seed, n);
         let at = |(i, place): (usize, &Vector2<f64>)| {
-            Auv::new(
-                format!("auv-{i}").as_str(),
-                moving(place.x, place.y, 10.0, 0.0, 0.0),
-            )
+            Auv::new(format!("auv-{i}").as_str(), moving(place.x, place.y, 10.0, 0.0, 0.0))
         };
         let auvs: Vec<_> = places.iter().enumerate().map(at).collect();
         let goal = Visits::new(auvs.iter().map(|auv| auv.id.clone()).collect());

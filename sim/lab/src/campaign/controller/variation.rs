@@ -62,10 +62,7 @@ impl Breakdown {
     fn kind(self) -> FaultKind {
         match self {
             Self::SlowHeadingLoop => FaultKind::SlowHeadingLoop(SLOWED),
-            Self::PortThrusterLost => FaultKind::Thruster {
-                side: Side::Port,
-                share: 0.0,
-            },
+            Self::PortThrusterLost => FaultKind::Thruster { side: Side::Port, share: 0.0 },
             Self::RudderStuck => FaultKind::RudderStuck(STUCK),
             Self::HeadingOffset => FaultKind::HeadingOffset(OFFSET),
         }
@@ -97,9 +94,7 @@ impl Variation {
             Self::ClockAheadS(by) => scenario.faults.push(FaultFile {
                 from_s: Quantity::fixed(0.0),
                 until_s: None,
-                what: FaultKindFile::ClockOffset {
-                    offset_s: Quantity::fixed(by),
-                },
+                what: FaultKindFile::ClockOffset { offset_s: Quantity::fixed(by) },
             }),
             Self::LateReportsS(by) => {
                 if let Some(acoustics) = &mut scenario.knowledge.acoustics {
@@ -117,11 +112,9 @@ impl Variation {
                     craft.hull = heavier(&craft.hull, factor);
                 }
             }
-            Self::Breakdown { what, at_s } => start.world.faults.0.push(Fault {
-                from: at_s,
-                until: f64::INFINITY,
-                what: what.kind(),
-            }),
+            Self::Breakdown { what, at_s } => {
+                start.world.faults.0.push(Fault { from: at_s, until: f64::INFINITY, what: what.kind() })
+            }
             _ => {}
         }
     }
@@ -149,15 +142,9 @@ impl Variation {
                 craft.heading_loop.rate_max_radps = Some(TURN_RATE_ANY);
             }
             Self::NoPreview => {
-                if let Goal::Intermittent {
-                    auvs,
-                    dwell_s,
-                    epoch_s,
-                } = &observation.goal.goal
-                {
-                    observation.goal.goal = Goal::Track {
-                        auv: in_turn(auvs, (observation.t_s - epoch_s) / dwell_s),
-                    };
+                if let Goal::Intermittent { auvs, dwell_s, epoch_s } = &observation.goal.goal {
+                    observation.goal.goal =
+                        Goal::Track { auv: in_turn(auvs, (observation.t_s - epoch_s) / dwell_s) };
                 }
             }
             _ => {}
@@ -176,10 +163,7 @@ fn in_turn(auvs: &[VehicleId], dwells: f64) -> VehicleId {
 }
 
 fn heavier(hull: &SurfaceHull, factor: f64) -> SurfaceHull {
-    let drag = |drag: Drag| Drag {
-        linear: factor * drag.linear,
-        quadratic: factor * drag.quadratic,
-    };
+    let drag = |drag: Drag| Drag { linear: factor * drag.linear, quadratic: factor * drag.quadratic };
     let mut heavier = *hull;
     heavier.mass_surge *= factor;
     heavier.mass_sway *= factor;

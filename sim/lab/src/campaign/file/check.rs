@@ -14,11 +14,7 @@ const DURATION_MAX: f64 = 86_400.0;
 type Checked = Result<(), (String, String)>;
 
 fn ensure(holds: bool, field: impl Into<String>, reason: impl Into<String>) -> Checked {
-    if holds {
-        Ok(())
-    } else {
-        Err((field.into(), reason.into()))
-    }
+    if holds { Ok(()) } else { Err((field.into(), reason.into())) }
 }
 
 fn within(field: impl Into<String>, given: u64, least: u64, most: u64) -> Checked {

@@ -33,11 +33,7 @@ impl ControllerFile {
             }
             _ => return wrong("planner", "give one of planner, law and guide"),
         };
-        if let Some(RuleFile {
-            name,
-            dwell_s: Some(dwell),
-        }) = self.rule
-        {
+        if let Some(RuleFile { name, dwell_s: Some(dwell) }) = self.rule {
             let least = if name == Rule::Clock { 1.0 } else { 0.0 };
             if !(least..=TURN_MAX).contains(&dwell) {
                 let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");

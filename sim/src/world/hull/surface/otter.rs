@@ -59,18 +59,9 @@ impl SurfaceHull {
         mass_surge: MASS + 0.1 * HULL_MASS,
         mass_sway: MASS_SWAY,
         inertia_yaw: INERTIA_YAW,
-        coriolis: CoriolisMasses {
-            surge: MASS,
-            sway: MASS,
-        },
-        drag_surge: Drag {
-            linear: PULL_AHEAD / SPEED_MAX,
-            quadratic: 0.0,
-        },
-        drag_sway: Drag {
-            linear: MASS_SWAY / SWAY_TIME,
-            quadratic: CROSS_FLOW * LENGTH,
-        },
+        coriolis: CoriolisMasses { surge: MASS, sway: MASS },
+        drag_surge: Drag { linear: PULL_AHEAD / SPEED_MAX, quadratic: 0.0 },
+        drag_sway: Drag { linear: MASS_SWAY / SWAY_TIME, quadratic: CROSS_FLOW * LENGTH },
         drag_yaw: Drag {
             linear: INERTIA_YAW / YAW_TIME,
             quadratic: 10.0 * INERTIA_YAW / YAW_TIME + CROSS_FLOW * LENGTH * LENGTH * LENGTH * LENGTH / 32.0,

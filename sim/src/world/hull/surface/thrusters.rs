@@ -43,12 +43,7 @@ pub struct ThrusterHealth {
 
 impl ThrusterHealth {
     /// Both thrusters as built.
-    pub const SOUND: Self = Self {
-        port: 1.0,
-        starboard: 1.0,
-        steering_stuck: None,
-        thrust_stuck: None,
-    };
+    pub const SOUND: Self = Self { port: 1.0, starboard: 1.0, steering_stuck: None, thrust_stuck: None };
 }
 
 impl Thrusters {
@@ -79,10 +74,7 @@ impl Thrusters {
         let common = (0.5 * wanted.surge_force)
             .max(differential.abs() - self.astern_max)
             .min(self.ahead_max - differential.abs());
-        Thrust {
-            port: common + differential,
-            starboard: common - differential,
-        }
+        Thrust { port: common + differential, starboard: common - differential }
     }
 
     /// Steady thrust for `command`, with steering and thrust where they are stuck, within the
@@ -107,10 +99,7 @@ impl Thrusters {
                 health * command.clamp(-self.astern_max, self.ahead_max)
             }
         };
-        Thrust {
-            port: one(command.port, health.port),
-            starboard: one(command.starboard, health.starboard),
-        }
+        Thrust { port: one(command.port, health.port), starboard: one(command.starboard, health.starboard) }
     }
 }
 
@@ -122,10 +111,7 @@ mod tests {
     const CRAFT: [Thrusters; 2] = [SurfaceHull::MEDUSA.thrusters, SurfaceHull::OTTER.thrusters];
 
     fn wanted(surge_force: f64, yaw_moment: f64) -> SurfaceInput {
-        SurfaceInput {
-            surge_force,
-            yaw_moment,
-        }
+        SurfaceInput { surge_force, yaw_moment }
     }
 
     #[test]
@@ -202,14 +188,8 @@ mod tests {
     #[test]
     fn a_lost_thruster_leaves_force_and_moment_of_the_other() {
         let thrusters = SurfaceHull::MEDUSA.thrusters;
-        let health = ThrusterHealth {
-            port: 0.0,
-            ..ThrusterHealth::SOUND
-        };
-        let command = Thrust {
-            port: 20.0,
-            starboard: 20.0,
-        };
+        let health = ThrusterHealth { port: 0.0, ..ThrusterHealth::SOUND };
+        let command = Thrust { port: 20.0, starboard: 20.0 };
         let given = thrusters.force(thrusters.steady(command, health));
         assert_eq!(given, wanted(20.0, -0.15 * 20.0));
     }

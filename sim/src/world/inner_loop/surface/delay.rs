@@ -13,10 +13,7 @@ pub(super) struct CommandDelay {
 
 impl CommandDelay {
     pub(super) fn holding(reference: Reference) -> Self {
-        Self {
-            ring: [reference; DELAY_PERIODS_MAX + 1],
-            newest: 0,
-        }
+        Self { ring: [reference; DELAY_PERIODS_MAX + 1], newest: 0 }
     }
 
     /// Takes the reference of this period and returns that of `periods` before.

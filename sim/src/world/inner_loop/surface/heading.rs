@@ -92,12 +92,7 @@ pub(super) struct HeadingMemory {
 
 impl HeadingMemory {
     pub(super) fn settled_at(heading: f64) -> Self {
-        Self {
-            integral: 0.0,
-            pending: 0.0,
-            heading,
-            rate: 0.0,
-        }
+        Self { integral: 0.0, pending: 0.0, heading, rate: 0.0 }
     }
 
     /// Integrates, unless the thrusters withhold moment in the error's direction.
@@ -137,22 +132,12 @@ impl HeadingLoop {
                 let damping = 2.0 * damping * frequency * m_r - d_r;
                 m_r * frequency * frequency * error - damping * r
             }
-            Self::ProportionalIntegralDerivative {
-                frequency,
-                damping,
-                integral_time,
-            } => {
+            Self::ProportionalIntegralDerivative { frequency, damping, integral_time } => {
                 memory.pending = integrand(error);
                 let damping = 2.0 * damping * frequency * m_r - d_r;
                 m_r * frequency * frequency * (error + memory.integral / integral_time) - damping * r
             }
-            Self::ReferenceModel {
-                model_frequency,
-                model_damping,
-                rate_max,
-                frequency,
-                integral_time,
-            } => {
+            Self::ReferenceModel { model_frequency, model_damping, rate_max, frequency, integral_time } => {
                 let omega = model_frequency;
                 let ahead = wrap(reference.radians() - memory.heading);
                 let rate = memory.rate
@@ -166,13 +151,7 @@ impl HeadingLoop {
                 let stiffness = frequency * frequency * (error + memory.integral / integral_time);
                 m_r * (acceleration + stiffness + 2.0 * frequency * (rate - r)) + d_r * r
             }
-            Self::Cascade {
-                time_constant,
-                rate_max,
-                rate_slew,
-                rate_time_constant,
-                integral_time,
-            } => {
+            Self::Cascade { time_constant, rate_max, rate_slew, rate_time_constant, integral_time } => {
                 let wanted = (error / time_constant).clamp(-rate_max, rate_max);
                 let step = rate_slew * PERIOD;
                 memory.rate = wanted.clamp(memory.rate - step, memory.rate + step);
@@ -186,9 +165,5 @@ impl HeadingLoop {
 
 /// Increment of an integral by an error in one period.
 fn integrand(error: f64) -> f64 {
-    if error.abs() < INTEGRAL_ZONE {
-        error * PERIOD
-    } else {
-        0.0
-    }
+    if error.abs() < INTEGRAL_ZONE { error * PERIOD } else { 0.0 }
 }

@@ -22,20 +22,12 @@ impl Draw<'_> {
     pub(super) fn craft(mut self) -> (SurfaceHull, SurfaceAutopilot, CraftTraits) {
         let traits = self.traits();
         let heading_held = self.constraints.heading_held;
-        let drawn = if self.chance(0.2) {
-            HeadingReference::Course
-        } else {
-            HeadingReference::Heading
-        };
+        let drawn = if self.chance(0.2) { HeadingReference::Course } else { HeadingReference::Heading };
         let heading_held = heading_held.unwrap_or(drawn);
         let hull = self.hull(&traits, heading_held);
         let (surge, feed_forward, speed_slew) = self.surge(&hull, &traits);
         let over_ground = self.chance(0.4) && traits.surge_loop != SurgeLoopKind::Proportional;
-        let drawn = if over_ground {
-            SpeedReference::OverGround
-        } else {
-            SpeedReference::ThroughWater
-        };
+        let drawn = if over_ground { SpeedReference::OverGround } else { SpeedReference::ThroughWater };
         let autopilot = SurfaceAutopilot {
             heading: self.heading(&hull, &traits),
             heading_held,
@@ -62,11 +54,8 @@ impl Draw<'_> {
             HeadingLoopKind::ReferenceModel,
             HeadingLoopKind::Cascade,
         ]);
-        let surge_loop = self.one_of(&[
-            SurgeLoopKind::Proportional,
-            SurgeLoopKind::AntiWindup,
-            SurgeLoopKind::Windup,
-        ]);
+        let surge_loop =
+            self.one_of(&[SurgeLoopKind::Proportional, SurgeLoopKind::AntiWindup, SurgeLoopKind::Windup]);
         let mass = constraints.mass.unwrap_or(mass);
         // The Otter's 80 kg are 2 m long, the MEDUSA's 30 kg 1 m.
         let length = 0.4 * slenderness * mass.cbrt();
@@ -121,17 +110,12 @@ impl Draw<'_> {
         };
         let drift_time = self.log_uniform(0.2, drift_max);
         let sway_linear = mass_surge / drift_time;
-        let drag_sway = Drag {
-            linear: sway_linear,
-            quadratic: sway_linear * self.uniform(0.0, 2.0),
-        };
+        let drag_sway = Drag { linear: sway_linear, quadratic: sway_linear * self.uniform(0.0, 2.0) };
         // The Munk moment at half the top speed is at most half the yaw drag: the hull steers.
         let half = 0.5 * speed_top;
         let munk_max = (0.5 * drag_yaw_linear / (drift_time * half * half)).min(mass_sway - mass_surge);
-        let coriolis = CoriolisMasses {
-            surge: mass_surge,
-            sway: mass_surge + munk_max * self.uniform(0.0, 1.0),
-        };
+        let coriolis =
+            CoriolisMasses { surge: mass_surge, sway: mass_surge + munk_max * self.uniform(0.0, 1.0) };
 
         let slowest = drag_surge.resistance(0.1);
         let thrusters = Thrusters {
@@ -169,11 +153,7 @@ impl Draw<'_> {
             }
             HeadingLoopKind::ProportionalIntegralDerivative => {
                 let (frequency, damping) = self.second_order(hull, lag);
-                HeadingLoop::ProportionalIntegralDerivative {
-                    frequency,
-                    damping,
-                    integral_time,
-                }
+                HeadingLoop::ProportionalIntegralDerivative { frequency, damping, integral_time }
             }
             HeadingLoopKind::ReferenceModel => {
                 let model_damping = self.uniform(0.7, 1.1);
@@ -217,11 +197,7 @@ impl Draw<'_> {
         hull: &SurfaceHull,
         traits: &CraftTraits,
     ) -> (SurgeGains, DragFeedForward, Option<SpeedSlew>) {
-        let CraftTraits {
-            surge_lag: lag,
-            acceleration,
-            ..
-        } = *traits;
+        let CraftTraits { surge_lag: lag, acceleration, .. } = *traits;
         let proportional = hull.mass_surge / lag;
         let (with_feed_forward, clamped) = (self.chance(0.6), self.chance(0.5));
         let (free_integral, drag_integral) = (self.log_uniform(3.0, 15.0), self.log_uniform(1.5, 6.0));
@@ -245,19 +221,11 @@ impl Draw<'_> {
             SurgeLoopKind::Windup => AntiWindup::Off,
             SurgeLoopKind::Proportional | SurgeLoopKind::AntiWindup => AntiWindup::On,
         };
-        let gains = |error_max| SurgeGains {
-            proportional,
-            integral,
-            error_max,
-            anti_windup,
-        };
+        let gains = |error_max| SurgeGains { proportional, integral, error_max, anti_windup };
         if clamped {
             return (gains(acceleration * lag), feed_forward, None);
         }
-        let slew = SpeedSlew {
-            acceleration,
-            deceleration,
-        };
+        let slew = SpeedSlew { acceleration, deceleration };
         (gains(f64::INFINITY), feed_forward, Some(slew))
     }
 

@@ -38,9 +38,7 @@ pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> HeadingRespons
     let misfit =
         |response: &HeadingResponse| rms(trials.iter().map(|trial| heading_residuals(response, trial)));
     let first = |[lag, delay]: [f64; 2]| HeadingResponse {
-        dynamics: HeadingDynamics::FirstOrder {
-            time_constant: lag.max(TIME_MIN),
-        },
+        dynamics: HeadingDynamics::FirstOrder { time_constant: lag.max(TIME_MIN) },
         delay: noticeable(delay),
         rate_max,
     };
@@ -53,20 +51,14 @@ pub(super) fn fit_heading(trials: &[&[Sample]], rate_max: f64) -> HeadingRespons
         rate_max,
     };
     // The area above a step response is its lag, a good start of the search.
-    let lag = trials[0]
-        .iter()
-        .map(|sample| wrap(sample.reference.heading.radians() - sample.angle))
-        .sum::<f64>()
-        * PERIOD
-        / trials[0][0].reference.heading.radians();
+    let lag =
+        trials[0].iter().map(|sample| wrap(sample.reference.heading.radians() - sample.angle)).sum::<f64>()
+            * PERIOD
+            / trials[0][0].reference.heading.radians();
     let start = lag.max(2.0 * TIME_MIN);
     let one = search([0.7 * start, 0.3 * start], |x| misfit(&first(x)));
     let two = search([0.9 * start, 0.1 * start, 0.9], |x| misfit(&second(x)));
-    if two.1 < SECOND_ORDER_GAIN * one.1 {
-        second(two.0)
-    } else {
-        first(one.0)
-    }
+    if two.1 < SECOND_ORDER_GAIN * one.1 { second(two.0) } else { first(one.0) }
 }
 
 pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> SurgeResponse {
@@ -81,10 +73,9 @@ pub(super) fn fit_surge(trials: &[Vec<Sample>]) -> SurgeResponse {
     let start = [3.0, 0.5, steepest(&trials[1]), steepest(&trials[2])];
     let plain = search(start, |x| misfit(&response(x, None)));
     let [lag, delay, up, down] = plain.0;
-    let wound = search(
-        [lag, delay, up, down, 2.0 * lag],
-        |[lag, delay, up, down, time]| misfit(&response([lag, delay, up, down], Some(time))),
-    );
+    let wound = search([lag, delay, up, down, 2.0 * lag], |[lag, delay, up, down, time]| {
+        misfit(&response([lag, delay, up, down], Some(time)))
+    });
     // An integral time outside the range of a description counts as no integrator.
     let winds_up = INTEGRAL_TIME.contains(&wound.0[4]);
     if winds_up && wound.1 < INTEGRAL_GAIN * plain.1 {
@@ -114,23 +105,15 @@ pub(super) fn heading_residuals(response: &HeadingResponse, trial: &[Sample]) ->
     let mut rate = 0.0;
     let misses = (0..trial.len()).map(|k| {
         let miss = wrap(psi - trial[k].angle);
-        let reference = delayed(
-            trial,
-            k,
-            response.delay,
-            |sample| sample.reference.heading.radians(),
-            trial[0].angle,
-        );
+        let reference =
+            delayed(trial, k, response.delay, |sample| sample.reference.heading.radians(), trial[0].angle);
         let error = wrap(reference - psi);
         rate = match response.dynamics {
             // Exact over a period: a time constant of a period stays stable.
             HeadingDynamics::FirstOrder { time_constant } => {
                 error * (1.0 - (-PERIOD / time_constant).exp()) / PERIOD
             }
-            HeadingDynamics::SecondOrder {
-                natural_frequency,
-                damping,
-            } => {
+            HeadingDynamics::SecondOrder { natural_frequency, damping } => {
                 let (omega, zeta) = (natural_frequency, damping);
                 // Implicit in the damping, for the same reason.
                 (rate + PERIOD * omega * omega * error) / (1.0 + PERIOD * 2.0 * zeta * omega)
@@ -162,10 +145,7 @@ pub(super) fn surge_residuals(response: &SurgeResponse, trial: &[Sample]) -> Vec
 }
 
 /// A reference `delay` s before sample k, between samples; `before` the start of the trial.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "delays are a few seconds, never negative"
-)]
+#[expect(clippy::cast_possible_truncation, reason = "delays are a few seconds, never negative")]
 fn delayed(trial: &[Sample], k: usize, delay: f64, of: impl Fn(&Sample) -> f64, before: f64) -> f64 {
     let periods = delay / PERIOD;
     let whole = periods.floor();

@@ -118,9 +118,7 @@ fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
     let expected = times.len() * norths.len() * easts.len();
     if rows.len() < expected {
         let nodes = times.iter().flat_map(|&time| {
-            norths
-                .iter()
-                .flat_map(move |&north| easts.iter().map(move |&east| [time, north, east]))
+            norths.iter().flat_map(move |&north| easts.iter().map(move |&east| [time, north, east]))
         });
         // Rows are in the grid's order, each once: a node is missing at the first difference.
         let given = rows.iter().map(|row| Some(row.place)).chain([None]);
@@ -145,11 +143,7 @@ mod tests {
     /// Three times, four norths, two easts.
     fn full_table() -> String {
         let node = |k: usize| {
-            let (t, n, e) = (
-                [0, 600, 900][k / 8],
-                [-50, 0, 10, 200][k / 2 % 4],
-                [-7, 60][k % 2],
-            );
+            let (t, n, e) = ([0, 600, 900][k / 8], [-50, 0, 10, 200][k / 2 % 4], [-7, 60][k % 2]);
             format!("{t},{n},{e},0.1,-0.2\n")
         };
         HEADER.to_owned() + &(0..24).map(node).collect::<String>()

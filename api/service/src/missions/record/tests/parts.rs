@@ -5,18 +5,13 @@ use super::*;
 /// A rehearsal at ten times real speed that refuses a fix, accepts it again, and is changed.
 fn rehearsal() -> Vec<Event> {
     let mut made = made_live();
-    let Event::Created { mission, .. } = &mut made else {
-        unreachable!("is made first")
-    };
+    let Event::Created { mission, .. } = &mut made else { unreachable!("is made first") };
     mission.live.as_mut().expect("is live").clock_rate = 10.0;
     let fix = json!({"t_s": MADE + 9.0, "north_m": 7.0, "east_m": 0.0, "sigma_m": 0.5});
     let changed = json!({"kind": "changed", "at_s": MADE + 2.5, "setting": {"keep_outs": null}, "replaced": {"keep_outs": null}});
     vec![
         made,
-        Event::Ran {
-            at_s: MADE + 0.5,
-            speed_factor: None,
-        },
+        Event::Ran { at_s: MADE + 0.5, speed_factor: None },
         reported(MADE + 1.0, json!({"auvs": {"auv-2": [fix]}})),
         planned_without(MADE + 12.0, &[]),
         planned_without(MADE + 13.0, &[MADE + 9.0]),
@@ -32,28 +27,18 @@ fn rehearsal() -> Vec<Event> {
 /// The second fix of a simulated mission is refused by its last plans.
 fn simulated_with_a_refused_fix() -> Vec<Event> {
     let with_truth = |event: Event, t_s: f64| match event {
-        Event::Planned(plan) => Event::Planned(Box::new(Planned {
-            truth: Some(Box::new(truth(t_s))),
-            ..*plan
-        })),
+        Event::Planned(plan) => {
+            Event::Planned(Box::new(Planned { truth: Some(Box::new(truth(t_s))), ..*plan }))
+        }
         other => other,
     };
     let plans = [(3.0, vec![]), (4.0, vec![2.5]), (5.0, vec![2.5])];
     let plans = plans.map(|(t_s, refused)| with_truth(planned_without(t_s, &refused), t_s));
-    [
-        made_simulated(),
-        Event::Ran {
-            at_s: MADE + 1.0,
-            speed_factor: None,
-        },
-    ]
-    .into_iter()
-    .chain(plans)
-    .chain([
-        Event::Paused { at_s: MADE + 2.0 },
-        Event::Finished { at_s: MADE + 3.0 },
-    ])
-    .collect()
+    [made_simulated(), Event::Ran { at_s: MADE + 1.0, speed_factor: None }]
+        .into_iter()
+        .chain(plans)
+        .chain([Event::Paused { at_s: MADE + 2.0 }, Event::Finished { at_s: MADE + 3.0 }])
+        .collect()
 }
 
 fn text(bytes: Vec<u8>) -> String {
@@ -65,24 +50,13 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
     for events in [rehearsal(), simulated_with_a_refused_fix()] {
         let n = events.len() as u64;
         let logged = Logged::of(events).await;
-        let csv = |part: &EventFilter| {
-            text(
-                logged
-                    .write_part(RecordFormat::Csv, part)
-                    .expect("can be written"),
-            )
-        };
+        let csv =
+            |part: &EventFilter| text(logged.write_part(RecordFormat::Csv, part).expect("can be written"));
         let whole = csv(&WHOLE);
         let (head, rows) = whole.split_once('\n').expect("has a head");
         for after in 0..=n {
-            let before = csv(&EventFilter {
-                limit: Some(after),
-                ..EventFilter::default()
-            });
-            let rest = csv(&EventFilter {
-                after,
-                ..EventFilter::default()
-            });
+            let before = csv(&EventFilter { limit: Some(after), ..EventFilter::default() });
+            let rest = csv(&EventFilter { after, ..EventFilter::default() });
             let rows_of = |part: &str| {
                 let (its_head, rows) = part.split_once('\n').expect("has a head");
                 assert_eq!(its_head, head);
@@ -99,12 +73,7 @@ async fn rows_of_selected_kinds_equal_those_of_the_whole() {
         let n = events.len() as u64;
         let logged = Logged::of(events.clone()).await;
         let whole = table(&logged.written(RecordFormat::Csv));
-        for kinds in [
-            &["planned", "ran"][..],
-            &["ran", "finished"],
-            &["paused"],
-            &["reported"],
-        ] {
+        for kinds in [&["planned", "ran"][..], &["ran", "finished"], &["paused"], &["reported"]] {
             for after in 0..=n {
                 let part = EventFilter {
                     after,
@@ -117,11 +86,7 @@ async fn rows_of_selected_kinds_equal_those_of_the_whole() {
                     after < sequence as u64 && kinds.contains(&events[sequence - 1].kind())
                 };
                 let expected: Vec<_> = whole.iter().filter(is_wanted).cloned().collect();
-                assert_eq!(
-                    table(&written.expect("can be written")),
-                    expected,
-                    "{kinds:?} after {after}"
-                );
+                assert_eq!(table(&written.expect("can be written")), expected, "{kinds:?} after {after}");
             }
         }
     }
@@ -132,9 +97,8 @@ async fn a_simulated_mission_has_a_row_when_a_fix_begins_to_be_refused() {
     let logged = Logged::of(simulated_with_a_refused_fix()).await;
     let rows = table(&logged.written(RecordFormat::Csv));
     let refused = rows.iter().filter(|row| row["kind"] == "refused");
-    let refused: Vec<_> = refused
-        .map(|row| [&row["sequence"], &row["t_s"], &row["vehicle"]].map(String::as_str))
-        .collect();
+    let refused: Vec<_> =
+        refused.map(|row| [&row["sequence"], &row["t_s"], &row["vehicle"]].map(String::as_str)).collect();
     assert_eq!(refused, [["4", "2.5", "auv-2"]]);
 }
 
@@ -145,24 +109,13 @@ async fn a_known_row_has_the_position_and_the_age_of_one_fix() {
         let Event::Planned(plan) = event else { continue };
         let auv = &mut plan.prediction.as_mut().expect("has one").auvs[0];
         // The estimate is 1.5 s old: it is from an older fix than the newest, which is refused.
-        auv.heard = Some(wire::Heard {
-            t_s: 2.5,
-            north_m: 11.0,
-            east_m: -4.0,
-        });
+        auv.heard = Some(wire::Heard { t_s: 2.5, north_m: 11.0, east_m: -4.0 });
     }
     let rows = table(&Logged::of(events).await.written(RecordFormat::Csv));
     let known: Vec<_> = rows.iter().filter(|row| row["kind"] == "known").collect();
     assert_eq!(known.len(), 3);
     for row in known {
         let number = |name: &str| -> f64 { row[name].parse().expect("is a number") };
-        assert_eq!(
-            (
-                number("t_s") - number("age_s"),
-                number("north_m"),
-                number("east_m")
-            ),
-            (2.5, 11.0, -4.0)
-        );
+        assert_eq!((number("t_s") - number("age_s"), number("north_m"), number("east_m")), (2.5, 11.0, -4.0));
     }
 }
