@@ -467,6 +467,27 @@ async fn a_file_of_the_page_is_cached_and_nothing_else_is() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn the_goals_of_all_examples_fit_their_kind_in_the_openapi_document() {
+    let schemas = served("/openapi.json").await["components"]["schemas"].take();
+    let mapping = schemas["Goal"]["discriminator"]["mapping"].as_object().expect("is there");
+    let mut kinds = std::collections::BTreeSet::new();
+    for name in EXAMPLES.iter().map(|example| example.name) {
+        let goal = &example(name)["goal"];
+        let kind = goal["kind"].as_str().expect("is named");
+        let schema = mapping[kind].as_str().and_then(|reference| reference.rsplit('/').next());
+        let schema = &schemas[schema.expect("is a reference")];
+        for member in goal.as_object().expect("an object").keys() {
+            assert!(schema["properties"][member].is_object(), "{name}: {member}");
+        }
+        for member in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+            assert!(!goal[member].is_null(), "{name}: {member}");
+        }
+        kinds.insert(kind.to_owned());
+    }
+    assert!(mapping.keys().all(|kind| kinds.contains(kind)), "{kinds:?}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_openapi_document_resolves_every_reference() {
     let document = served("/openapi.json").await;
     assert!(document["paths"]["/readyz"]["get"]["responses"]["503"].is_object());

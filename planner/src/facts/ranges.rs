@@ -356,7 +356,7 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Goal", &GOAL_IN_TURN),
         ("Goal", &GOAL_RANGE),
         ("Goal", &GOAL_VISIT),
-        ("Localise", &GOAL_LOCALISE),
+        ("Goal", &GOAL_LOCALISE),
         ("Figure", &FIGURE),
         ("VisitCost", &VISIT_UNCERTAINTY),
         ("VisitCost", &VISIT_DATA),

@@ -17,11 +17,12 @@ const KINDS: [(&str, &str); 4] =
     [("Goal", "kind"), ("Offset", "frame"), ("VisitCost", "kind"), ("Segment", "kind")];
 
 /// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any goal
-/// may have an offset.
+/// but one that localises may have an offset.
 pub(super) fn name_kinds(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
     let named = schemas.as_object_mut().expect("are by name");
-    let visits = named.remove("Visits").expect("is the shape of a kind of goal");
+    // Kinds of goals with a shape of their own.
+    let shapes = ["Visits", "Localise"].map(|name| (reference(name), named.remove(name)));
     let offset = json!({ "oneOf": [{ "$ref": reference("Offset") }, { "type": "null" }],
         "description": "Desired position relative to the followed point. Default: right above it." });
     for (shape, tag) in KINDS {
@@ -29,18 +30,20 @@ pub(super) fn name_kinds(document: &mut Value) {
         let mut mapping = Map::new();
         for mut kind in kinds.as_array().cloned().into_iter().flatten() {
             if let Some(parts) = kind.get("allOf").cloned() {
-                kind = visits.clone();
+                let of_it = shapes.iter().find(|(name, _)| parts[0]["$ref"] == **name);
+                kind = of_it.and_then(|(_, shape)| shape.clone()).expect("is a shape of a kind of goal");
                 kind["properties"][tag] = parts[1]["properties"][tag].clone();
                 let required = kind["required"].as_array_mut();
                 required.expect("AUVs are").push(json!(tag));
             }
             kind["additionalProperties"] = json!(false);
-            if shape == "Goal" {
+            let value = kind["properties"][tag]["enum"][0].as_str().unwrap_or_default().to_owned();
+            // The planner chooses the craft's place on a figure.
+            if shape == "Goal" && value != "localise" {
                 kind["properties"]["offset"] = offset.clone();
             }
-            let value = kind["properties"][tag]["enum"][0].as_str().unwrap_or_default();
             let name: String = [shape].into_iter().chain(value.split('_')).map(capitalised).collect();
-            mapping.insert(value.to_owned(), json!(reference(&name)));
+            mapping.insert(value, json!(reference(&name)));
             schemas[name] = kind;
         }
         let references: Vec<_> = mapping.values().map(|name| json!({ "$ref": name })).collect();
