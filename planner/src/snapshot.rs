@@ -16,7 +16,7 @@ pub use crate::facts::{
     field_error::{FieldError, pointer_token, shortened},
     goal::{Goal, Offset, Task},
     known_path::{DeclaredPath, KnownPath},
-    localise::{Figure, FigureKind, Fixes, Localise, LocalisedVehicle},
+    localise::{Figure, FigureKind, Localise, LocalisedVehicle},
     options::{Fallback, Forecast, ForecastModel, Hold},
     origin::Origin,
     previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget},
@@ -31,6 +31,6 @@ pub use crate::facts::{
     schedule::{Alternative, CostUnit, LeftOut, Schedule, ServedVehicle, Visit},
     tagged::TAGGED,
     tuning::Tuning,
-    visit::{Reduce, VisitCost, Visits},
+    visit::{Fixes, Reduce, VisitCost, Visits},
     water::{Current, Drift},
 };

@@ -75,7 +75,7 @@ fn mean(values: impl Iterator<Item = f64>) -> f64 {
 fn best(scenario: &Scenario, seeds: &[u64], kind: FigureKind) -> Result<FixedFigure, Failure> {
     let mut best: Option<(f64, FixedFigure)> = None;
     let mut is_better = |radius, speed_share| {
-        let figure = FixedFigure { kind, radius, speed_share };
+        let figure = FixedFigure { kind, radius_m: radius, speed_share };
         let error = rms(&fly_all(scenario, seeds, Some(figure))?, |outcome| outcome.error);
         let better = best.is_none_or(|(least, _)| error < least);
         if better {
@@ -124,11 +124,11 @@ fn main() -> Result<(), Failure> {
         }
         let circle = best(&scenario, &tuned_on, FigureKind::Circle)?;
         let zigzag = best(&scenario, &tuned_on, FigureKind::ZigzagAstern)?;
-        let above = FixedFigure { kind: FigureKind::Above, radius: 0.0, speed_share: 1.0 };
+        let above = FixedFigure { kind: FigureKind::Above, radius_m: 0.0, speed_share: 1.0 };
         let rows = [
             ("planned".to_owned(), None),
-            (format!("circle {} m, {}", circle.radius, circle.speed_share), Some(circle)),
-            (format!("zigzag {} m, {}", zigzag.radius, zigzag.speed_share), Some(zigzag)),
+            (format!("circle {} m, {}", circle.radius_m, circle.speed_share), Some(circle)),
+            (format!("zigzag {} m, {}", zigzag.radius_m, zigzag.speed_share), Some(zigzag)),
             ("above".to_owned(), Some(above)),
         ];
         let reference = fly_all(&scenario, &reported, Some(circle))?;

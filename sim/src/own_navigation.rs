@@ -1,7 +1,7 @@
 //! The navigation of AUVs that the craft localises: dead reckoning that drifts, and a Kalman filter
 //! of its own in each that takes ranges of the craft, or the craft's fixes.
 
-use nalgebra::Matrix2;
+use nalgebra::{Matrix2, Vector2};
 use planner::snapshot::{Fixes, Goal, Localise};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -35,6 +35,8 @@ pub struct OwnNavigation {
     goal: Localise,
     faults: RangingFaults,
     range_max: f64,
+    /// Anchored modems that replace the craft's, (north, east), m.
+    anchored: Vec<Vector2<f64>>,
     /// Index in the world, and covariance of the position estimate, m².
     members: Vec<(usize, Matrix2<f64>)>,
     random: ChaCha8Rng,
@@ -49,6 +51,7 @@ impl OwnNavigation {
         goal: &Goal,
         faults: RangingFaults,
         range_max: Option<f64>,
+        anchored: Vec<Vector2<f64>>,
         world: &mut World,
         mut random: ChaCha8Rng,
     ) -> Option<Self> {
@@ -66,6 +69,7 @@ impl OwnNavigation {
             goal: goal.clone(),
             faults,
             range_max: range_max.unwrap_or(f64::INFINITY),
+            anchored,
             members,
             random,
             then: world.time(),
@@ -85,8 +89,12 @@ impl OwnNavigation {
         }
         while self.next <= now {
             self.next += self.goal.interval_s;
-            for place in 0..self.members.len() {
-                self.measure(world, craft, place, now);
+            let craft = [craft.position()];
+            let sources = if self.anchored.is_empty() { &craft[..] } else { &self.anchored.clone() };
+            for source in sources {
+                for place in 0..self.members.len() {
+                    self.measure(world, source, place, now);
+                }
             }
         }
         for (auv, covariance) in &self.members {
@@ -94,14 +102,14 @@ impl OwnNavigation {
         }
     }
 
-    /// A measurement between the craft and a member, taken by that member's filter.
-    fn measure(&mut self, world: &mut World, craft: &SurfaceCraft, place: usize, now: f64) {
+    /// A measurement between the modem at `source` and a member, taken by that member's filter.
+    fn measure(&mut self, world: &mut World, source: &Vector2<f64>, place: usize, now: f64) {
         // All are drawn, so that missions with other tracks have the same noise.
         let noise = normal_pair(&mut self.random);
         let [lost, longer, by] = [(); 3].map(|()| self.random.random::<f64>());
         let (auv, covariance) = &mut self.members[place];
         let is = &mut world.auvs[*auv];
-        let off = is.position() - craft.position();
+        let off = is.position() - source;
         let range = off.norm().hypot(is.depth());
         let dead = is.behaviour == Behaviour::Drifts;
         if dead || self.range_max < range || lost < self.faults.lost_share {
@@ -152,7 +160,6 @@ impl OwnNavigation {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector2;
     use planner::angle::direction;
 
     use super::*;

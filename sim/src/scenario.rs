@@ -63,6 +63,8 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "localise-dives",
     "localise-two",
     "localise-three",
+    "localise-square",
+    "localise-anchored",
     "visit-near",
     "visit-far",
     "visit-five",
@@ -72,6 +74,7 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "visit-unknown",
     "visit-noisy",
     "visit-current",
+    "visit-ranges",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.

@@ -3,7 +3,8 @@
 //!
 //! The planner has closed forms for whole visits instead.
 
-use planner::snapshot::{Goal, VehicleId, VisitCost, Visits};
+use nalgebra::{Matrix2, Vector2};
+use planner::snapshot::{Fixes, Goal, VehicleId, VisitCost, Visits};
 
 use crate::{fault::Behaviour, record::Service, surface_craft::SurfaceCraft, world::World};
 
@@ -18,6 +19,24 @@ pub struct Costs {
     pub costs: Vec<f64>,
     /// Time since each was served, s.
     pub ages: Vec<f64>,
+    /// Covariance of each one's own navigation, m², where ranges reduce the cost.
+    covariances: Vec<Matrix2<f64>>,
+}
+
+/// Place of an AUV that is served, seen from the craft: (north, east) and depth, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServedAt {
+    /// Horizontal displacement.
+    pub off: Vector2<f64>,
+    /// Depth.
+    pub depth: f64,
+}
+
+impl ServedAt {
+    /// Slant range, m.
+    fn range(&self) -> f64 {
+        self.off.norm().hypot(self.depth)
+    }
 }
 
 impl Costs {
@@ -29,7 +48,13 @@ impl Costs {
             VisitCost::Age | VisitCost::Data { .. } => 0.0,
             VisitCost::Uncertainty { growth_m2ps, .. } => (growth_m2ps * fix_noise(&visits.cost, 0.0)).sqrt(),
         };
-        Self { visits: visits.clone(), costs: vec![fresh; auvs.len()], ages: vec![0.0; auvs.len()], auvs }
+        Self {
+            visits: visits.clone(),
+            costs: vec![fresh; auvs.len()],
+            ages: vec![0.0; auvs.len()],
+            covariances: vec![Matrix2::identity() * fresh; auvs.len()],
+            auvs,
+        }
     }
 
     /// `true` if an AUV is served at this horizontal distance and depth, m.
@@ -38,38 +63,55 @@ impl Costs {
             VisitCost::Age | VisitCost::Uncertainty { .. } => true,
             VisitCost::Data { range_max_m, .. } => depth < range_max_m,
         };
-        reached && distance <= self.visits.within_m
+        reached && distance <= self.visits.within()
     }
 
-    /// Advances the cost of the AUV at `place` by `elapsed` s; `served` is its slant range, m.
+    /// Advances the cost of the AUV at `place` by `elapsed` s; `served` if it is.
     ///
     /// ```text
     /// variance: P⁻ = P + q Δt,  1/P = 1/P⁻ + Δt/(R T) if served: a Kalman filter, one fix a step
+    /// ranges:   P⁻ = P + q Δt I,  P⁻¹ + h hᵀ Δt/(σ² T) with h = d/r, of which half the trace counts
     /// backlog:  b + (g − u max(0, 1 − r/r_max)) Δt, at least 0
     /// ```
-    pub fn advance(&mut self, place: usize, elapsed: f64, served: Option<f64>) {
+    pub fn advance(&mut self, place: usize, elapsed: f64, served: Option<ServedAt>) {
         self.ages[place] = served.map_or(self.ages[place] + elapsed, |_| 0.0);
         let cost = &mut self.costs[place];
         *cost = match self.visits.cost {
             VisitCost::Age => self.ages[place],
-            VisitCost::Uncertainty { growth_m2ps, .. } => {
+            VisitCost::Uncertainty { fixes: Fixes::Range, growth_m2ps, sigma_m, interval_s, .. } => {
+                let covariance = &mut self.covariances[place];
+                *covariance += Matrix2::identity() * (growth_m2ps * elapsed);
+                if let Some(from) = served.filter(|from| 0.0 < elapsed && 0.0 < from.range()) {
+                    let slope = from.off / from.range();
+                    let seen = *covariance * slope;
+                    let noise = sigma_m.powi(2) * interval_s / elapsed;
+                    *covariance -= seen * seen.transpose() / (slope.dot(&seen) + noise);
+                }
+                0.5 * covariance.trace()
+            }
+            VisitCost::Uncertainty { fixes: Fixes::Usbl, growth_m2ps, .. } => {
                 let grown = *cost + growth_m2ps * elapsed;
-                served.map_or(grown, |range| {
-                    grown / (1.0 + grown * elapsed / fix_noise(&self.visits.cost, range))
+                served.map_or(grown, |from| {
+                    grown / (1.0 + grown * elapsed / fix_noise(&self.visits.cost, from.range()))
                 })
             }
             VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
-                let upload = served.map_or(0.0, |range| upload_kbps * (1.0 - range / range_max_m).max(0.0));
+                let rate = |from: ServedAt| upload_kbps * (1.0 - from.range() / range_max_m).max(0.0);
+                let upload = served.map_or(0.0, rate);
                 (*cost + (growth_kbps - upload) * elapsed).max(0.0)
             }
         };
     }
 }
 
-/// R T at a slant range, m: variance of a fix times their interval, m² s.
+/// R T at a slant range, m: variance of a fix times their interval, m² s; of ranges, twice that along
+/// either axis, on an arc.
 fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
     match *cost {
-        VisitCost::Uncertainty { sigma_m, sigma_rad, interval_s, .. } => {
+        VisitCost::Uncertainty { fixes: Fixes::Range, sigma_m, interval_s, .. } => {
+            2.0 * sigma_m.powi(2) * interval_s
+        }
+        VisitCost::Uncertainty { fixes: Fixes::Usbl, sigma_m, sigma_rad, interval_s, .. } => {
             (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s
         }
         VisitCost::Age | VisitCost::Data { .. } => 0.0,
@@ -111,10 +153,9 @@ impl TrueCosts {
         if world.faults.behaviour(auv, now) == Behaviour::Drifts {
             return None;
         }
-        let distance = (is.position() - craft.position()).norm();
-        let served = self.costs.serves(distance, is.depth());
-        let range = served.then(|| distance.hypot(is.depth()));
-        self.costs.advance(place, now - self.then, range);
+        let (off, depth) = (is.position() - craft.position(), is.depth());
+        let served = self.costs.serves(off.norm(), depth);
+        self.costs.advance(place, now - self.then, served.then_some(ServedAt { off, depth }));
         let due = self.costs.visits.serve_by_s.get(&is.id);
         let in_time = &mut self.in_time[place];
         let late = due.is_some_and(|due| *due < now);
@@ -146,7 +187,8 @@ mod tests {
     /// Costs after 1000 s away, and 400 s later at a slant range of 30 m, by steps of a second.
     fn visited(cost: VisitCost) -> [f64; 2] {
         let mut costs = costs(cost);
-        [(1000, None), (400, Some(30.0))].map(|(seconds, served)| {
+        let there = ServedAt { off: Vector2::new(0.0, 0.0), depth: 30.0 };
+        [(1000, None), (400, Some(there))].map(|(seconds, served)| {
             for _ in 0..seconds {
                 costs.advance(0, 1.0, served);
             }
@@ -156,8 +198,13 @@ mod tests {
 
     #[test]
     fn costs_match_their_equations_integrated_in_small_steps() {
-        let uncertainty =
-            VisitCost::Uncertainty { growth_m2ps: 0.03, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
+        let uncertainty = VisitCost::Uncertainty {
+            fixes: Fixes::Usbl,
+            growth_m2ps: 0.03,
+            sigma_m: 1.5,
+            sigma_rad: 0.02,
+            interval_s: 10.0,
+        };
         let [before, after] = visited(uncertainty);
         near(before, (0.03_f64 * 22.5).sqrt() + 30.0, 1e-9);
         // dP/dt = q − P²/(R T), R = 1.5² + (0.02 · 30)², by Euler's rule with steps of 1 ms.
@@ -168,6 +215,35 @@ mod tests {
         // 500 kbit fall at 3 · 0.9 − 0.5 = 2.2 kbit/s and are gone after 228 s.
         assert_eq!(visited(data(300.0)), [500.0, 0.0]);
         assert_eq!(visited(VisitCost::Age), [1000.0, 0.0]);
+    }
+
+    #[test]
+    fn ranges_from_one_side_leave_the_other_axis_unknown_and_from_above_both() {
+        let cost = |fixes| VisitCost::Uncertainty {
+            fixes,
+            growth_m2ps: 0.03,
+            sigma_m: 1.5,
+            sigma_rad: 0.02,
+            interval_s: 10.0,
+        };
+        let after = |off: fn(f64) -> Vector2<f64>| {
+            let mut costs = costs(cost(Fixes::Range));
+            costs.advance(0, 1000.0, None);
+            for second in 0..200 {
+                costs.advance(0, 1.0, Some(ServedAt { off: off(f64::from(second)), depth: 20.0 }));
+            }
+            costs.costs[0]
+        };
+        let [above, beside, around] = [
+            |_| Vector2::zeros(),
+            |_| Vector2::new(30.0, 0.0),
+            |time: f64| planner::angle::direction(time / 25.0) * 30.0,
+        ]
+        .map(after);
+        // √(q σ² T) along one axis with every range, 31.2 + 6 m² along the other.
+        near(above, (0.03_f64 * 45.0).sqrt() + 36.0, 1e-9);
+        assert!((0.5..0.55).contains(&(beside / above)), "{beside}");
+        near(around, (0.03_f64 * 45.0 / 0.69).sqrt(), 0.15);
     }
 
     fn data(range_max_m: f64) -> VisitCost {

@@ -13,3 +13,15 @@ export function figureLine({ north_m, east_m, axis_rad, ahead_m, starboard_m, se
     return [north_m + cos * ahead - sin * starboard, east_m + sin * ahead + cos * starboard];
   });
 }
+
+/**
+ * 95 % ellipses of the AUVs' own navigation: on the figure, and if the craft stayed above.
+ * @param {Figure} figure @param {(id: string) => [number, number] | undefined} placeOf @returns {import("./types.js").Ellipse[]}
+ */
+export function figureEllipses({ vehicles }, placeOf) {
+  return vehicles.flatMap(({ auv, sigma_m, sigma_above_m }) => {
+    const [north, east] = placeOf(auv) ?? [];
+    if (north === undefined || east === undefined) return [];
+    return /** @type {[number, string][]} */ ([[sigma_m, "goal"], [sigma_above_m, "los"]]).map(([sigma, colour]) => ({ north, east, covariance: [sigma ** 2 / 2, 0, sigma ** 2 / 2], colour }));
+  });
+}

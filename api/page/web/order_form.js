@@ -13,7 +13,7 @@ import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
  */
 
 /** What a new goal of a kind begins with. */
-const DWELL_S = 240, RANGE_M = 100, GROWTH_M2PS = 0.03, COST_BEGINS = { age: {}, uncertainty: { growth_m2ps: 0.02 }, data: { growth_kbps: 1, upload_kbps: 10, range_max_m: 200 } };
+const DWELL_S = 240, RANGE_M = 100, GROWTH_M2PS = 0.03, COST_BEGINS = { age: {}, uncertainty: { fixes: "usbl", growth_m2ps: 0.02 }, data: { growth_kbps: 1, upload_kbps: 10, range_max_m: 200 } };
 const KINDS = [["track", "stay above one AUV"], ["intermittent", "follow each in turn"], ["midpoint", "stay above the middle of"], ["weighted", "stay above the weighted mean of"], ["range", "stay in range of each of"], ["visit", "visit, when it pays"], ["localise", "move so that ranges fix"]];
 /** Numbers of a goal by its kind, of its offset by the frame, and of its cost. @type {{ [of: string]: string[] }} */
 const NUMBERS = {
@@ -181,6 +181,11 @@ export class OrderForm {
     const visits = goal.kind === "visit" && [
       this.choice(["goal", "next"], "visit next", [["", "the planner chooses"], ...auvs.map((id) => [id, id])]),
       this.choice(["goal", "cost", "kind"], LABELS["cost/kind"][0], optionsOf("cost/kind"), (kind) => this.put(["goal", "cost"], { kind, ...COST_BEGINS[/** @type {keyof typeof COST_BEGINS} */ (kind)] })), members(NUMBERS[goal.cost?.kind] ?? [], "cost"),
+      goal.cost?.kind === "uncertainty" && this.choice(["goal", "cost", "fixes"], LABELS.fixes[0], optionsOf("fixes"), (fixes) => {
+        // The distance and the time of a visit depend on it: the service's own.
+        const { within_m: _, dwell_min_s: __, ...others } = this.draft.now.goal;
+        this.draft.edit({ goal: { ...others, cost: { ...others.cost, fixes } } });
+      }),
       this.choice(["goal", "reduce"], LABELS.reduce[0], optionsOf("reduce")),
     ];
     const localises = goal.kind === "localise", reduced = localises && [this.choice(["goal", "fixes"], LABELS.fixes[0], optionsOf("fixes")), this.choice(["goal", "reduce"], LABELS.reduce[0], optionsOf("reduce"))];

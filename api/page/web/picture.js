@@ -1,6 +1,6 @@
 // The map of recordings at one moment.
 
-import { figureLine } from "./figure.js";
+import { figureEllipses, figureLine } from "./figure.js";
 import { auvColour } from "./dom.js";
 import { number } from "./format.js";
 import { addTour, visitsAt } from "./visits.js";
@@ -86,7 +86,10 @@ function addTrack(picture, series, t, colour, style, name, byDepth = false) {
 function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
   if (layers.ghost) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
   if (layers.goal) picture.lines.push({ points: prediction.goal, colour: "goal", style: "dotted", name: "goal, forecast" });
-  if (layers.goal && prediction.figure) picture.lines.push({ points: figureLine(prediction.figure), colour: "goal", style: "dashed", name: "figure" });
+  if (layers.goal && prediction.figure) {
+    picture.lines.push({ points: figureLine(prediction.figure), colour: "goal", style: "dashed", name: "figure" });
+    picture.ellipses.push(...figureEllipses(prediction.figure, (id) => prediction.auvs.find((auv) => auv.id === id)?.positions[0]));
+  }
   if (layers.forecasts) {
     const order = [...recording.places.keys()];
     for (const auv of prediction.auvs) {

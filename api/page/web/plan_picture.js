@@ -1,6 +1,6 @@
 // The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
-import { figureLine } from "./figure.js";
+import { figureEllipses, figureLine } from "./figure.js";
 import { auvColour, el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
@@ -107,7 +107,11 @@ export class PlanPicture {
         picture.marks.push({ north: place.north_m, east: place.east_m, kind: "violation", colour: "bad", title: violationWords(violation) });
       }
     }
-    if (mpc.figure) picture.lines.push({ points: figureLine(mpc.figure), colour: "goal", style: "dashed" });
+    if (mpc.figure) {
+      const placeOf = (/** @type {string} */ id) => mpc.targets.filter((/** @type {any} */ target) => target.id === id).map((/** @type {any} */ { trajectory: [first] }) => /** @type {[number, number]} */ ([first.north_m, first.east_m]))[0];
+      picture.lines.push({ points: figureLine(mpc.figure), colour: "goal", style: "dashed" });
+      picture.ellipses.push(...figureEllipses(mpc.figure, placeOf));
+    }
     const [first] = mpc.trajectory;
     addTour(picture, [first.north_m, first.east_m], start + after, this.schedule());
     picture.vehicles.push({ kind: "craft", north: first.north_m, east: first.east_m, heading: request.asc.heading_rad ?? first.heading_rad, colour: "hull", name: "surface craft" });

@@ -146,6 +146,9 @@ struct MissionFlags {
     /// Time with each AUV (--goal intermittent), s.
     #[arg(long, value_name = "S", default_value_t = 240.0)]
     dwell: f64,
+    /// Growth of an AUV's variance along either axis between ranges (--goal localise), m²/s.
+    #[arg(long, value_name = "M2PS", default_value_t = 0.03)]
+    growth: f64,
     /// Time between two plans, s, at least 0.5.
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     period: f64,
@@ -164,6 +167,8 @@ enum Goal {
     Midpoint,
     /// Serve one after the other, so that none waits long.
     Visit,
+    /// Sail so that ranges to the craft fix them.
+    Localise,
 }
 
 /// Follows the mission until it is over.
@@ -310,8 +315,11 @@ impl MissionFlags {
             }
             (Some(Goal::Midpoint), _) => json!({ "kind": "midpoint", "auvs": auvs }),
             (Some(Goal::Visit), _) => json!({ "kind": "visit", "auvs": auvs }),
+            (Some(Goal::Localise), _) => {
+                json!({ "kind": "localise", "auvs": auvs, "growth_m2ps": self.growth })
+            }
             (None, _) => {
-                let goals = "visit, intermittent, midpoint, or track (the first AUV)";
+                let goals = "visit, localise, intermittent, midpoint, or track (the first AUV)";
                 return Err(format!("several AUVs need a --goal: {goals}").into());
             }
         };

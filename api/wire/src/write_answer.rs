@@ -8,7 +8,8 @@ use planner::los::{LosLaw, Reference as DomainReference};
 use planner::plan as domain;
 use planner::plan::{Method, Plan, PlannedTarget, Predicted, SolverReport};
 use planner::snapshot::{
-    CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, pointer_token,
+    CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, VehicleId,
+    pointer_token,
 };
 use serde_json::{Map, Value};
 
@@ -241,6 +242,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings.extend(about_the_craft(snapshot, plan));
     warnings.extend(about_visits(snapshot, plan));
     warnings.extend(unknown_navigation(snapshot, plan));
+    warnings.extend(not_localised(snapshot, plan));
     warnings
 }
 
@@ -256,6 +258,20 @@ fn unknown_navigation(snapshot: &Snapshot, plan: &Plan) -> Option<Warning> {
         names.join(", ") + if names.len() == 1 { " is" } else { " are" }
     );
     (!names.is_empty()).then(|| warning("uncertainty_unknown", "/goal/costs_now", detail))
+}
+
+/// Warnings of vehicles to localise that the figure is not about.
+fn not_localised(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
+    let (Some(figure), Goal::Localise(localise)) = (&plan.figure, &snapshot.goal.goal) else {
+        return Vec::new();
+    };
+    let is_sailed = |id: &VehicleId| figure.vehicles.iter().any(|vehicle| vehicle.auv == *id);
+    let named = localise.auvs.iter().enumerate().filter(|(_, id)| 0.0 < localise.weight(id));
+    let left_out = named.filter(|(_, id)| !is_sailed(id)).map(|(i, id)| {
+        let detail = format!("{id} is not localised: it is not heard any more");
+        warning("localise_unreachable", &format!("/goal/auvs/{i}"), detail)
+    });
+    left_out.collect()
 }
 
 /// Warnings of vehicles that the schedule serves late or omits.

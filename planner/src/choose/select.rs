@@ -144,7 +144,8 @@ pub fn scheduled_goal(
         is_stale: &|auv| parameters.is_stale(&snapshot.estimates()[auv]),
         due: &|| stop.is_due(),
     };
-    let figure = localiser.figure(snapshot, &auvs);
+    let visited = scheduled.as_ref().and_then(|scheduled| scheduled.visited(snapshot));
+    let figure = localiser.figure(snapshot, &auvs, visited);
     let mut goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
     if let Some((figure, auvs)) = figure {
         goal = goal.on_figure(figure, &auvs);

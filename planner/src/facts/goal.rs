@@ -248,7 +248,7 @@ impl<'de> Deserialize<'de> for Task {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let (mut goal, offset) = read::<GoalOutside, Offset, D>(from, "$tagged kind offset")?;
         if let Goal::Visit(visits) = &mut goal {
-            visits.dwell_min_s = Some(visits.dwell_min());
+            visits.fill_defaults();
         }
         Ok(Self { goal, offset })
     }

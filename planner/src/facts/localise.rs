@@ -9,7 +9,7 @@ use utoipa::ToSchema;
 
 use crate::facts::auv::VehicleId;
 use crate::facts::ranges::{GOAL_LOCALISE, MapNumber, VISIT_COST, WEIGHT};
-use crate::facts::visit::{Reduce, interval, map_each, sigma, sigma_bearing};
+use crate::facts::visit::{Fixes, Reduce, VisitCost, Visits, interval, map_each, sigma, sigma_bearing};
 
 /// Vehicles that the surface craft localises; the planner chooses the figure that it sails.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
@@ -83,21 +83,32 @@ impl<N> Localise<N> {
 }
 
 impl Localise {
+    /// The goal of a visit to `auv`, whose variance along either axis is `cost`, m²; none unless it
+    /// takes ranges.
+    pub(crate) fn of_visit(visits: &Visits, auv: &VehicleId, cost: f64) -> Option<Self> {
+        let VisitCost::Uncertainty { fixes: Fixes::Range, growth_m2ps, sigma_m, sigma_rad, interval_s } =
+            visits.cost
+        else {
+            return None;
+        };
+        Some(Self {
+            auvs: vec![auv.clone()],
+            fixes: Fixes::Range,
+            growth_m2ps,
+            sigma_m,
+            sigma_rad,
+            interval_s,
+            stand_off_m: 0.0,
+            weights: BTreeMap::new(),
+            reduce: Reduce::Mean,
+            costs_now: BTreeMap::from([(auv.clone(), 2.0 * cost)]),
+        })
+    }
+
     /// Weight of the variance of `id`.
     pub fn weight(&self, id: &VehicleId) -> f64 {
         self.weights.get(id).copied().unwrap_or(1.0)
     }
-}
-
-/// A measurement between the craft and an underwater vehicle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Fixes {
-    /// A slant range: nothing across the line of sight, and nothing horizontal from right above.
-    #[default]
-    Range,
-    /// A position, best from right above.
-    Usbl,
 }
 
 /// The figure that the craft sails for a goal of the kind `localise`: an ellipse about a point that
@@ -131,7 +142,7 @@ pub struct Figure {
 }
 
 /// Shape of a figure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FigureKind {
     /// A point, at the vehicles' mean.

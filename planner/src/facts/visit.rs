@@ -17,8 +17,18 @@ use crate::facts::{
 /// accompanies an AUV stays within this; far less than a modem's range.
 const WITHIN: f64 = 20.0;
 
+/// The same where ranges fix it, m: a range from afar tells more, and a circle of this size is the best
+/// about an AUV at the depth of a survey (docs/ranging.md).
+const WITHIN_FOR_RANGES: f64 = 40.0;
+
 /// Default time with an AUV for fixes or data, s: three slots of a network with a period of 10 s.
 const DWELL_MIN: f64 = 30.0;
+
+/// The same for ranges, s: half a circle at the usual speed. Less fixes one axis only.
+const DWELL_MIN_FOR_RANGES: f64 = 90.0;
+
+/// Share of the largest distance at which ranges are taken, so that the craft stays within it.
+const ARC_SHARE: f64 = 0.8;
 
 /// Default standard deviation of an acoustic fix at no distance, m.
 const SIGMA: f64 = 1.5;
@@ -46,11 +56,10 @@ pub struct Visits<N = f64> {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-1": 2.0 }))]
     pub weights: BTreeMap<VehicleId, N>,
-    /// Largest horizontal distance of service, m; 20 if left out.
-    #[serde(default = "within::<N>")]
+    /// Largest horizontal distance of service, m; 20 if left out, 40 for ranges.
     #[schema(value_type = Option<f64>)]
-    pub within_m: N,
-    /// Least time with a vehicle, s; 0 for `age`, else 30 if left out.
+    pub within_m: Option<N>,
+    /// Least time with a vehicle, s; 0 for `age`, else 30 if left out, 90 for ranges.
     #[schema(value_type = Option<f64>)]
     pub dwell_min_s: Option<N>,
     /// Deadlines of service by name, s on the craft's clock; none if left out.
@@ -73,10 +82,6 @@ pub struct Visits<N = f64> {
     pub next: Option<VehicleId>,
 }
 
-fn within<N: From<f64>>() -> N {
-    WITHIN.into()
-}
-
 impl<N> Visits<N> {
     pub(crate) fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<Visits<M>> {
         let [within, dwell_min] = &GOAL_VISIT;
@@ -86,7 +91,7 @@ impl<N> Visits<N> {
             serve_by_s: map_each("visit.serve_by_s", &TIME, &self.serve_by_s, number)?,
             costs_now: map_each("visit.costs_now", &VISIT_COST, &self.costs_now, number)?,
             cost: self.cost.map(number)?,
-            within_m: number("visit.within_m", &within.1, Some(&self.within_m))?,
+            within_m: number("visit.within_m", &within.1, self.within_m.as_ref()),
             dwell_min_s: number("visit.dwell_min_s", &dwell_min.1, self.dwell_min_s.as_ref()),
             reduce: self.reduce,
             next: self.next.clone(),
@@ -114,7 +119,7 @@ impl Visits {
             auvs,
             cost: VisitCost::Age,
             weights: BTreeMap::new(),
-            within_m: WITHIN,
+            within_m: Some(WITHIN),
             dwell_min_s: Some(VisitCost::Age.dwell_min()),
             serve_by_s: BTreeMap::new(),
             reduce: Reduce::Mean,
@@ -123,9 +128,24 @@ impl Visits {
         }
     }
 
+    /// Largest horizontal distance of service, m.
+    pub fn within(&self) -> f64 {
+        self.within_m.unwrap_or(if self.cost.takes_ranges() { WITHIN_FOR_RANGES } else { WITHIN })
+    }
+
+    /// Usual horizontal distance of service, m: 0 for what is best right above.
+    pub fn arc(&self) -> f64 {
+        if self.cost.takes_ranges() { ARC_SHARE * self.within() } else { 0.0 }
+    }
+
     /// Least time with an AUV, s.
     pub fn dwell_min(&self) -> f64 {
         self.dwell_min_s.unwrap_or(self.cost.dwell_min())
+    }
+
+    /// Fills in what depends on the cost.
+    pub fn fill_defaults(&mut self) {
+        (self.within_m, self.dwell_min_s) = (Some(self.within()), Some(self.dwell_min()));
     }
 
     /// Weight of the cost of `id`.
@@ -140,16 +160,20 @@ tagged! {
     pub enum VisitCost<N> = "VisitCost", VisitCostOutside, "kind" {
         /// Time since it was last served, s.
         Age,
-        /// Variance of its own navigation, m²; fixes from the craft reduce it.
+        /// Variance of its own navigation, m²; measurements between it and the craft reduce it.
         Uncertainty {
+            /// The measurements; `usbl` if left out. For ranges a visit is an arc about the vehicle.
+            #[serde(default = "usbl")]
+            #[schema(value_type = Option<Fixes>)]
+            fixes: Fixes,
             /// Growth of the variance without aid, m²/s.
             #[schema(value_type = f64)]
             growth_m2ps: N,
-            /// Standard deviation of a fix at range 0, m; 1.5 if left out.
+            /// Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
             #[serde(default = "sigma::<N>")]
             #[schema(value_type = Option<f64>)]
             sigma_m: N,
-            /// Growth of `sigma_m` with the slant range, rad; 0.02 if left out.
+            /// Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
             #[serde(default = "sigma_bearing::<N>")]
             #[schema(value_type = Option<f64>)]
             sigma_rad: N,
@@ -190,6 +214,21 @@ fn age<N>() -> VisitCost<N> {
     VisitCost::Age
 }
 
+fn usbl() -> Fixes {
+    Fixes::Usbl
+}
+
+/// A measurement between the craft and an underwater vehicle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Fixes {
+    /// A slant range: nothing across the line of sight, and nothing horizontal from right above.
+    #[default]
+    Range,
+    /// A position, best from right above.
+    Usbl,
+}
+
 impl<N> VisitCost<N> {
     fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<VisitCost<M>> {
         let mut of = |kind: &str, (member, range): &Range, given: &N| {
@@ -197,12 +236,15 @@ impl<N> VisitCost<N> {
         };
         Some(match self {
             Self::Age => VisitCost::Age,
-            Self::Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s } => VisitCost::Uncertainty {
-                growth_m2ps: of("uncertainty", &VISIT_UNCERTAINTY[0], growth_m2ps)?,
-                sigma_m: of("uncertainty", &VISIT_UNCERTAINTY[1], sigma_m)?,
-                sigma_rad: of("uncertainty", &VISIT_UNCERTAINTY[2], sigma_rad)?,
-                interval_s: of("uncertainty", &VISIT_UNCERTAINTY[3], interval_s)?,
-            },
+            Self::Uncertainty { fixes, growth_m2ps, sigma_m, sigma_rad, interval_s } => {
+                VisitCost::Uncertainty {
+                    fixes: *fixes,
+                    growth_m2ps: of("uncertainty", &VISIT_UNCERTAINTY[0], growth_m2ps)?,
+                    sigma_m: of("uncertainty", &VISIT_UNCERTAINTY[1], sigma_m)?,
+                    sigma_rad: of("uncertainty", &VISIT_UNCERTAINTY[2], sigma_rad)?,
+                    interval_s: of("uncertainty", &VISIT_UNCERTAINTY[3], interval_s)?,
+                }
+            }
             Self::Data { growth_kbps, upload_kbps, range_max_m } => VisitCost::Data {
                 growth_kbps: of("data", &VISIT_DATA[0], growth_kbps)?,
                 upload_kbps: of("data", &VISIT_DATA[1], upload_kbps)?,
@@ -217,8 +259,14 @@ impl VisitCost {
     pub fn dwell_min(&self) -> f64 {
         match self {
             Self::Age => 0.0,
+            Self::Uncertainty { fixes: Fixes::Range, .. } => DWELL_MIN_FOR_RANGES,
             Self::Uncertainty { .. } | Self::Data { .. } => DWELL_MIN,
         }
+    }
+
+    /// `true` if ranges reduce it, which a craft right above does not measure.
+    pub fn takes_ranges(&self) -> bool {
+        matches!(self, Self::Uncertainty { fixes: Fixes::Range, .. })
     }
 }
 

@@ -1,6 +1,9 @@
 //! The figures that are tried.
 
-use crate::facts::localise::{Figure, FigureKind, Fixes};
+use serde::{Deserialize, Serialize};
+
+use crate::facts::localise::{Figure, FigureKind};
+use crate::facts::visit::Fixes;
 use crate::localise::scene::Scene;
 
 /// Least radius of a figure, m, the ratio of two, and their number.
@@ -18,12 +21,12 @@ const NEIGHBOUR: f64 = 1.1;
 const SPEED_SHARE_MIN: f64 = 0.1;
 
 /// A figure that the planner does not choose.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixedFigure {
     /// Its shape; only `above`, `circle` and `zigzag_astern`, else a circle.
     pub kind: FigureKind,
     /// Its radius, or its distance and half its width, m.
-    pub radius: f64,
+    pub radius_m: f64,
     /// Share of the greatest speed about the AUVs.
     pub speed_share: f64,
 }
@@ -31,7 +34,7 @@ pub struct FixedFigure {
 impl Scene {
     /// A figure of this shape, without phase.
     pub(crate) fn fixed(&self, fixed: &FixedFigure) -> Figure {
-        let radius = fixed.radius;
+        let radius = fixed.radius_m;
         match (fixed.kind, self.course()) {
             (FigureKind::Above, _) => self.above(),
             (FigureKind::ZigzagAstern, Some(course)) => {
@@ -52,7 +55,10 @@ impl Scene {
     pub(crate) fn candidates(&self, before: Option<&Figure>) -> Vec<Figure> {
         let mut candidates = Vec::new();
         let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
-        let radii = radii.filter(|radius| self.stand_off <= *radius && *radius <= self.range_max);
+        let largest = self.range_max.min(self.radius_max);
+        let radii = radii.filter(|radius| self.stand_off <= *radius && *radius <= largest);
+        // The largest that a visit allows is usually the best.
+        let radii = radii.chain(Some(self.radius_max).filter(|radius| radius.is_finite()));
         if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {
             candidates.push(self.above());
         }
@@ -121,7 +127,8 @@ impl Scene {
         };
         let mut all = vec![paced(1.0)];
         if figure.kind != FigureKind::Above {
-            all.extend([sized(NEIGHBOUR), sized(1.0 / NEIGHBOUR), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
+            let larger = NEIGHBOUR.min((self.radius_max / figure.size()).max(1.0));
+            all.extend([sized(larger), sized(1.0 / NEIGHBOUR), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
         }
         all
     }

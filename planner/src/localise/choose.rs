@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use nalgebra::Vector2;
 
 use crate::facts::angle::{ned_from_body, wrap};
+use crate::facts::auv::VehicleId;
 use crate::facts::goal::Goal;
-use crate::facts::localise::{Figure, FigureKind, LocalisedVehicle};
+use crate::facts::localise::{Figure, FigureKind, Localise, LocalisedVehicle};
 use crate::localise::candidates::FixedFigure;
 use crate::localise::scene::Scene;
 use crate::localise::sentence::sentence;
@@ -44,14 +45,20 @@ pub(crate) struct Localiser<'a> {
 
 impl Localiser<'_> {
     /// The figure of `snapshot`, and the AUVs about which it is sailed, by index; `None` unless its
-    /// goal localises and an AUV was heard.
+    /// goal localises and an AUV was heard, or ranges are taken from the AUV that `visited` has, by
+    /// index, with its cost.
     pub(crate) fn figure(
         &self,
         snapshot: &Snapshot,
         forecasts: &[AuvForecast],
+        visited: Option<(usize, f64)>,
     ) -> Option<(Figure, Vec<usize>)> {
-        let Goal::Localise(localise) = &snapshot.goal.goal else {
-            return None;
+        let (localise, radius_max) = match (&snapshot.goal.goal, visited) {
+            (Goal::Localise(localise), _) => (localise.clone(), f64::INFINITY),
+            (Goal::Visit(visits), Some((auv, cost))) => {
+                (Localise::of_visit(visits, &snapshot.auvs[auv].id, cost)?, visits.arc())
+            }
+            _ => return None,
         };
         let heading = snapshot.asc.heading().radians();
         let named = localise.auvs.iter().filter(|id| 0.0 < localise.weight(id));
@@ -60,13 +67,16 @@ impl Localiser<'_> {
             .filter(|auv| !(self.is_stale)(*auv))
             .collect();
         auvs.sort_unstable();
-        let scene = Scene::new(snapshot, localise, forecasts, &auvs, (self.speed, self.turn_rate))?;
+        let craft = (self.speed, self.turn_rate);
+        let scene = Scene { radius_max, ..Scene::new(snapshot, &localise, forecasts, &auvs, craft)? };
         let previous = snapshot.previous_plan.as_ref();
         let kept = previous.and_then(|previous| {
             let elapsed = snapshot.t_s - previous.made_at()?;
             let mut figure = previous.figure.clone()?;
+            let is_of = |auv: &VehicleId| figure.vehicles.iter().any(|vehicle| vehicle.auv == *auv);
+            let is_same = visited.is_none_or(|(auv, _)| is_of(&snapshot.auvs[auv].id));
             figure.axis_rad = wrap(figure.axis_rad - heading);
-            (0.0..=REMEMBERED).contains(&elapsed).then_some((figure, elapsed))
+            (is_same && (0.0..=REMEMBERED).contains(&elapsed)).then_some((figure, elapsed))
         });
         let mut best: Option<(Figure, Outcome)> = None;
         let mut consider = |figure: Figure, margin: f64| {

@@ -4,8 +4,8 @@ use nalgebra::{Matrix2, Vector2};
 
 use crate::facts::angle::{direction, ned_from_body};
 use crate::facts::evidence::SPEED_AT_REST;
-use crate::facts::localise::{Fixes, Localise};
-use crate::facts::visit::Reduce;
+use crate::facts::localise::Localise;
+use crate::facts::visit::{Fixes, Reduce};
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
 use crate::tuned::LocaliseNumbers;
@@ -45,6 +45,8 @@ pub(crate) struct Scene {
     pub(crate) interval: f64,
     pub(crate) stand_off: f64,
     pub(crate) range_max: f64,
+    /// Largest size of a figure, m.
+    pub(crate) radius_max: f64,
     /// From starboard to port, independent of names and order.
     pub(crate) members: Vec<Member>,
     /// Weighted mean of the members now and at each measurement, m.
@@ -122,6 +124,7 @@ impl Scene {
             interval,
             stand_off: localise.stand_off_m,
             range_max: snapshot.range_max().unwrap_or(f64::INFINITY),
+            radius_max: f64::INFINITY,
             mean,
             speed,
             speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),

@@ -4,9 +4,9 @@ use nalgebra::{Matrix2, Rotation2, Vector2};
 use smallvec::SmallVec;
 
 use crate::facts::angle::wrap;
-use crate::facts::localise::{Figure, Fixes};
+use crate::facts::localise::Figure;
 use crate::facts::ranges::AUVS_MAX;
-use crate::facts::visit::Reduce;
+use crate::facts::visit::{Fixes, Reduce};
 use crate::localise::scene::{MEASUREMENTS, Scene};
 
 /// Steps of the craft between two measurements.

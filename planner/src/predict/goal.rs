@@ -148,18 +148,21 @@ impl GoalForecast {
         forecast
     }
 
-    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot.
+    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot; that
+    /// of a schedule is on it about its first AUV.
     pub(crate) fn on_figure(mut self, figure: Figure, auvs: &[usize]) -> Self {
-        self.members.retain(|member| auvs.contains(&member.auv));
-        let sum: f64 = self.members.iter().map(|member| member.share).sum();
-        for member in &mut self.members {
-            member.share /= sum;
+        if !matches!(self.rule, Rule::Scheduled(_)) {
+            self.members.retain(|member| auvs.contains(&member.auv));
+            let sum: f64 = self.members.iter().map(|member| member.share).sum();
+            for member in &mut self.members {
+                member.share /= sum;
+            }
         }
         self.figure = Some(figure);
         self
     }
 
-    /// The figure of a goal that localises.
+    /// The figure of a goal that localises, or takes ranges in its visits.
     pub fn figure(&self) -> Option<&Figure> {
         self.figure.as_ref()
     }
@@ -170,7 +173,7 @@ impl GoalForecast {
     pub fn at(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
         if let Some(figure) = &self.figure {
-            let (place, velocity) = figure.at(ahead);
+            let (place, velocity) = self.on(figure, ahead);
             return Motion { position: followed.position + place, velocity: followed.velocity + velocity };
         }
         let Some(offset) = self.offset else {
@@ -182,6 +185,22 @@ impl GoalForecast {
             Offset::Path { .. } => self.path_axes(ahead),
         };
         displaced(&followed, &offset.vector(), axes)
+    }
+
+    /// Place on `figure` relative to the followed point, m, and its velocity relative to that, m/s. A
+    /// leg of a schedule begins where the craft leaves the figure.
+    fn on(&self, figure: &Figure, ahead: f64) -> (Vector2<f64>, Vector2<f64>) {
+        let Rule::Scheduled(turns) = &self.rule else { return figure.at(ahead) };
+        let first = turns.first().map(|(turn, _)| turn.auv);
+        let turn = scheduled(turns, ahead).map(|(turn, _)| turn);
+        if let Some(leg) = turn.and_then(|turn| turn.leg) {
+            let (place, lasts) = (figure.at(leg.depart).0, leg.arrive - leg.depart);
+            (place * ((leg.arrive - ahead) / lasts), -place / lasts)
+        } else if turn.map(|turn| turn.auv) == first {
+            figure.at(ahead)
+        } else {
+            (Vector2::zeros(), Vector2::zeros())
+        }
     }
 
     /// Motion of the followed point, without the offset, `ahead` seconds after the snapshot.

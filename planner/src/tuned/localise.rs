@@ -4,7 +4,7 @@ numbers! {
         /// Least time over which a figure is compared, s.
         horizon = 600.0,
         /// Price of sailing at full speed, as a share of the cost: it pays for its cube.
-        energy_price = 0.1,
+        energy_price = 0.4,
         /// Share of its cost by which another figure must be better than the previous one.
         keep_margin = 0.04,
         /// The same for a larger, smaller, faster or slower one of its kind.

@@ -24,6 +24,15 @@ pub(crate) struct Scheduled {
     pub(crate) turns: Vec<Turn>,
 }
 
+impl Scheduled {
+    /// Index in the snapshot of the AUV that is visited first, and its cost.
+    pub(crate) fn visited(&self, snapshot: &Snapshot) -> Option<(usize, f64)> {
+        let auv = self.turns.first()?.auv;
+        let served = self.schedule.costs.iter().find(|served| served.auv == snapshot.auvs[auv].id)?;
+        Some((auv, served.cost))
+    }
+}
+
 /// Inputs of an answer.
 pub(crate) struct ScheduleAnswer<'a> {
     pub(crate) snapshot: &'a Snapshot,

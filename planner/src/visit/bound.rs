@@ -110,9 +110,10 @@ impl Relaxation {
         let auv = |candidate: &Candidate| {
             let reach = craft.reach(&candidate.track, &from, fleet.within, fleet.horizon);
             let reach = reach.unwrap_or(fleet.horizon);
-            let floor = candidate.cost.min(fleet.law.steady(candidate.shallowest));
+            let place = fleet.service_place(candidate.shallowest);
+            let floor = candidate.cost.min(fleet.law.steady(place));
             let before = fleet.law.unserved(candidate.cost, reach);
-            let after = fleet.law.served(before.cost, fleet.horizon - reach, candidate.shallowest);
+            let after = fleet.law.served(before.cost, fleet.horizon - reach, place);
             let last = if reach < fleet.horizon { after.cost } else { before.cost };
             Relaxed {
                 floor,

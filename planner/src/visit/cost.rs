@@ -1,8 +1,12 @@
 //! Evolution of the cost of one AUV, with and without service, in closed form.
 
 use crate::facts::schedule::CostUnit;
+use crate::facts::visit::Fixes;
 use crate::facts::visit::VisitCost::{self, Age, Data, Uncertainty};
 use crate::tuned::VisitNumbers;
+
+/// Least horizontal distance of a range that tells anything, m.
+const DISTANCE_MIN: f64 = 1.0;
 
 /// A cost after some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -10,6 +14,20 @@ pub(crate) struct Later {
     pub(crate) cost: f64,
     /// Its integral since the start, times s.
     pub(crate) integral: f64,
+}
+
+/// Place of the craft relative to an AUV that it serves: horizontal distance and the AUV's depth, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ServicePlace {
+    pub(crate) distance: f64,
+    pub(crate) depth: f64,
+}
+
+impl ServicePlace {
+    /// Slant range, m.
+    fn range(&self) -> f64 {
+        self.distance.hypot(self.depth)
+    }
 }
 
 impl VisitCost {
@@ -23,39 +41,39 @@ impl VisitCost {
         Later { cost: cost + growth * elapsed, integral: (cost + 0.5 * growth * elapsed) * elapsed }
     }
 
-    /// The cost after `elapsed` seconds of service at the slant range `range`, m, from `cost`.
-    pub(crate) fn served(&self, cost: f64, elapsed: f64, range: f64) -> Later {
+    /// The cost after `elapsed` seconds of service from `place`, from `cost`.
+    pub(crate) fn served(&self, cost: f64, elapsed: f64, place: ServicePlace) -> Later {
         match *self {
             Age => Later { cost: 0.0, integral: 0.0 },
-            Uncertainty { growth_m2ps, .. } => aided(cost, elapsed, growth_m2ps, self.fix_noise(range)),
-            Data { growth_kbps, .. } => uploaded(cost, elapsed, growth_kbps - self.upload(range)),
+            Uncertainty { growth_m2ps, .. } => aided(cost, elapsed, growth_m2ps, self.fix_noise(place)),
+            Data { growth_kbps, .. } => uploaded(cost, elapsed, growth_kbps - self.upload(place.range())),
         }
     }
 
     /// The cost of an AUV after long service at the surface.
     pub(crate) fn fresh(&self) -> f64 {
-        self.steady(0.0)
+        self.steady(ServicePlace { distance: 0.0, depth: 0.0 })
     }
 
-    /// The least cost after long service at the slant range `range`, m.
-    pub(crate) fn steady(&self, range: f64) -> f64 {
+    /// The least cost after long service from `place`.
+    pub(crate) fn steady(&self, place: ServicePlace) -> f64 {
         match *self {
             Age | Data { .. } => 0.0,
-            Uncertainty { growth_m2ps, .. } => (growth_m2ps * self.fix_noise(range)).sqrt(),
+            Uncertainty { growth_m2ps, .. } => (growth_m2ps * self.fix_noise(place)).sqrt(),
         }
     }
 
     /// Candidate times of service, s, distinct and ascending, at least `least`, for an AUV with
-    /// `cost` at their beginning and the slant range `range`, m.
+    /// `cost` at their beginning and service from `place`.
     ///
     /// An age is 0 at once. A variance is almost stationary after √(S/q), and longer visits pay
     /// after a long leg. A backlog ends when it is uploaded.
-    pub(crate) fn dwells(&self, cost: f64, range: f64, least: f64, tuned: &VisitNumbers) -> Dwells {
+    pub(crate) fn dwells(&self, cost: f64, place: ServicePlace, least: f64, tuned: &VisitNumbers) -> Dwells {
         let whole = match *self {
             Age => 0.0,
-            Uncertainty { growth_m2ps, .. } => (self.fix_noise(range) / growth_m2ps).sqrt(),
+            Uncertainty { growth_m2ps, .. } => (self.fix_noise(place) / growth_m2ps).sqrt(),
             Data { growth_kbps, .. } => {
-                let falls = self.upload(range) - growth_kbps;
+                let falls = self.upload(place.range()) - growth_kbps;
                 if falls > 0.0 { cost / falls } else { tuned.dwell_max }
             }
         };
@@ -89,14 +107,21 @@ impl VisitCost {
         }
     }
 
-    /// Intensity of the fixes' noise at `range` as continuous measurements: R T, m² s.
-    fn fix_noise(&self, range: f64) -> f64 {
-        match *self {
-            Uncertainty { sigma_m, sigma_rad, interval_s, .. } => {
-                (sigma_m.powi(2) + (sigma_rad * range).powi(2)) * interval_s
+    /// Intensity of the measurements' noise as continuous ones along either axis: R T, m² s.
+    ///
+    /// A range r from the horizontal distance d has the information (d/r)²/σ² along the line of sight,
+    /// on an arc half of that along either axis.
+    fn fix_noise(&self, place: ServicePlace) -> f64 {
+        let Uncertainty { fixes, sigma_m, sigma_rad, interval_s, .. } = *self else {
+            return 0.0;
+        };
+        let variance = match fixes {
+            Fixes::Usbl => sigma_m.powi(2) + (sigma_rad * place.range()).powi(2),
+            Fixes::Range => {
+                2.0 * sigma_m.powi(2) * (1.0 + (place.depth / place.distance.max(DISTANCE_MIN)).powi(2))
             }
-            Age | Data { .. } => 0.0,
-        }
+        };
+        variance * interval_s
     }
 
     /// Rate of upload at `range`, kbit/s.

@@ -72,6 +72,8 @@ pub(crate) struct Fleet {
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
     pub(crate) within: f64,
+    /// Distance from an AUV that is served, m: 0 right above, or the radius of an arc.
+    pub(crate) arc: f64,
     pub(crate) dwell_min: f64,
     pub(crate) reduce: Reduce,
     /// Horizon, s.
@@ -143,7 +145,8 @@ impl Fleet {
             speed_now: snapshot.asc.speed_mps.clamp(0.0, speed),
             candidates: members.iter().map(candidate).collect(),
             law: visits.cost,
-            within: visits.within_m,
+            within: visits.within(),
+            arc: visits.arc(),
             dwell_min: visits.dwell_min(),
             reduce: visits.reduce,
             horizon,

@@ -5,6 +5,7 @@ use crate::facts::schedule::{LeftOut, Schedule, ServedVehicle, Visit};
 use crate::facts::visit::Visits;
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
+use crate::visit::cost::ServicePlace;
 use crate::visit::depth::DepthAhead;
 use crate::visit::fleet::Fleet;
 use crate::visit::hearing::{Heard, Hearing};
@@ -68,12 +69,12 @@ impl<'a> Memory<'a> {
             });
             let hearing = before.later(elapsed.unwrap_or(0.0), &heard);
             let silent = hearing.is_silent(&heard, report_age_max);
-            let near = !silent && distance <= visits.within_m && law.reaches(depth);
+            let near = !silent && distance <= visits.within() && law.reaches(depth);
             let carried = known.map_or_else(
                 || law.fresh(),
                 |(elapsed, known)| {
                     let later = if near {
-                        law.served(known.cost, elapsed, depth.hypot(distance))
+                        law.served(known.cost, elapsed, ServicePlace { distance, depth })
                     } else {
                         law.unserved(known.cost, elapsed)
                     };

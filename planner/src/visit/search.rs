@@ -259,10 +259,10 @@ impl Search<'_> {
     }
 
     fn dwells(&self, there: &CostState, to: usize) -> Dwells {
-        let range = self.fleet.candidates[to].track.depth_at(there.time);
+        let place = self.fleet.service_place(self.fleet.candidates[to].track.depth_at(there.time));
         let least = self.fleet.dwell_min.max(VISIT_MIN);
         let law = self.fleet.law;
-        let mut dwells = law.dwells(there.costs[to], range, least, &self.fleet.tuned);
+        let mut dwells = law.dwells(there.costs[to], place, least, &self.fleet.tuned);
         if !self.bounded() {
             dwells.truncate(DWELLS_OF_MANY);
         }

@@ -150,9 +150,15 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::facts::visit::Fixes;
 
-    const VARIANCE: VisitCost =
-        VisitCost::Uncertainty { growth_m2ps: 1.0 / 30.0, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
+    const VARIANCE: VisitCost = VisitCost::Uncertainty {
+        fixes: Fixes::Usbl,
+        growth_m2ps: 1.0 / 30.0,
+        sigma_m: 1.5,
+        sigma_rad: 0.02,
+        interval_s: 10.0,
+    };
 
     /// auv-3 from 130 s on, rather than auv-1, at a tenth of the cost.
     fn schedule() -> Schedule {

@@ -6,7 +6,7 @@ use crate::estimate::rigid_motion::number;
 use crate::facts::angle::wrap;
 use crate::facts::ranges::AUVS_MAX;
 use crate::facts::visit::Reduce;
-use crate::visit::cost::Later;
+use crate::visit::cost::{Later, ServicePlace};
 use crate::visit::fleet::{Candidate, Fleet};
 use crate::visit::intercept::{Arrival, Departure};
 
@@ -131,13 +131,19 @@ impl Fleet {
         }
     }
 
+    /// The craft's place while it serves an AUV at `depth`, m.
+    pub(crate) fn service_place(&self, depth: f64) -> ServicePlace {
+        ServicePlace { distance: self.arc, depth }
+    }
+
     /// The state after a visit to `with` until `leave`, s after now, in which the craft approaches.
     pub(crate) fn visited_until(&self, state: &CostState, with: usize, leave: f64) -> CostState {
         let mut later = *state;
         let track = &self.candidates[with].track;
         let nearer = (self.craft.speed - track.fastest).max(0.0) * (leave - state.time);
         let distance = state.offset.norm();
-        later.offset *= (distance - nearer).max(0.0) / distance.max(f64::MIN_POSITIVE);
+        let nearest = self.arc.min(distance);
+        later.offset *= (distance - nearer).max(nearest) / distance.max(f64::MIN_POSITIVE);
         let way = (track.at(state.time) + state.offset, track.at(leave) + later.offset);
         self.pass(&mut later, leave, Some(with), way);
         later
@@ -168,8 +174,8 @@ impl Fleet {
                 take(state, later);
             }
             if from < until {
-                let range = candidate.track.depth_at(0.5 * (from + until));
-                let later = self.law.served(state.costs[i], until - from, range);
+                let place = self.service_place(candidate.track.depth_at(0.5 * (from + until)));
+                let later = self.law.served(state.costs[i], until - from, place);
                 take(state, later);
                 self.note_service(state, i, from);
             }
@@ -298,7 +304,8 @@ impl Fleet {
                 reached.unwrap_or(self.horizon)
             };
             let before = self.law.unserved(costs[i], reached - state.time);
-            let after = self.law.served(before.cost, self.horizon - reached, candidate.shallowest);
+            let place = self.service_place(candidate.shallowest);
+            let after = self.law.served(before.cost, self.horizon - reached, place);
             integral += candidate.share * (before.integral + after.integral);
             peak = peak.max(self.relative(candidate) * before.cost);
             costs[i] = if reached < self.horizon { after.cost } else { before.cost };

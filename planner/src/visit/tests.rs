@@ -18,7 +18,7 @@ use super::fleet::{Fleet, SchedulingParameters};
 use super::schedule::Scheduler;
 use super::state::CostState;
 use crate::facts::schedule::{CostUnit, LeftOut, Schedule, ServedVehicle};
-use crate::facts::visit::{Reduce, VisitCost, Visits};
+use crate::facts::visit::{Fixes, Reduce, VisitCost, Visits};
 use crate::predict::goal::forecast_all;
 use crate::snapshot::Acoustics;
 use crate::tests::prelude::*;
@@ -31,10 +31,11 @@ fn cost(cost: Value) -> VisitCost {
     serde_json::from_value(cost).expect("is a cost")
 }
 
-fn costs() -> [VisitCost; 3] {
+fn costs() -> [VisitCost; 4] {
     let data = json!({ "kind": "data", "growth_kbps": 0.5, "upload_kbps": 6.0, "range_max_m": 300.0 });
     let uncertainty = json!({ "kind": "uncertainty", "growth_m2ps": 0.03 });
-    [VisitCost::Age, cost(uncertainty), cost(data)]
+    let ranges = json!({ "kind": "uncertainty", "fixes": "range", "growth_m2ps": 0.03 });
+    [VisitCost::Age, cost(uncertainty), cost(data), cost(ranges)]
 }
 
 /// A request with `n` AUVs up to `far` metres away, `auv-0` and so on, with random costs.
@@ -49,7 +50,7 @@ fn random(seed: usize, n: usize, far: f64) -> PlanRequest {
     let auvs: Vec<_> = (0..n).map(|i| auv(i, &mut rng)).collect();
     let ids: Vec<_> = auvs.iter().map(|auv| auv.id.clone()).collect();
     let mut visits = Visits::new(ids.clone());
-    visits.cost = costs()[rng.random_range(0..3)];
+    visits.cost = costs()[rng.random_range(0..4)];
     visits.dwell_min_s = Some(30.0);
     let costs = ids.into_iter().map(|id| (id, rng.random_range(0.0..400.0)));
     visits.costs_now = costs.collect();
@@ -177,8 +178,8 @@ fn enumerated(
             continue;
         };
         let there = fleet.travelled(state, to, arrival);
-        let (cost, depth) = (there.costs[to], track.depth_at(arrival.time));
-        for dwell in fleet.law.dwells(cost, depth, fleet.dwell_min, &fleet.tuned) {
+        let (cost, place) = (there.costs[to], fleet.service_place(track.depth_at(arrival.time)));
+        for dwell in fleet.law.dwells(cost, place, fleet.dwell_min, &fleet.tuned) {
             let left = fleet.visited_until(&there, to, fleet.horizon.min(arrival.time + dwell));
             best = best.min(worth(fleet, &fleet.visited_until(&left, to, fleet.horizon)));
             if left.time < fleet.horizon {

@@ -4,9 +4,10 @@
 
 use std::collections::BTreeMap;
 
+use planner::FixedFigure;
 use planner::forecast::{AuvForecast, Intent};
 use planner::los::{LawGains, LosLaw, LosTuning};
-use planner::snapshot::{Goal, Snapshot};
+use planner::snapshot::{FigureKind, Goal, Snapshot};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
 use sim::{guide::GuideError, mission::Mission, record::Record, scenario::Scenario};
@@ -60,7 +61,13 @@ pub enum ComparisonError {
 fn controllers(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<Value> {
     let mut all = vec![json!({ "name": PLANNER, "planner": {} })];
     all.extend(guide.map(|url| json!({ "name": GUIDE, "guide": url.to_string() })));
-    if visits(scenario) {
+    if localises(scenario) {
+        all.extend([FigureKind::Circle, FigureKind::ZigzagAstern, FigureKind::Above].map(|kind| {
+            let kind = json!(kind);
+            json!({ "name": kind, "planner": { "figure": { "kind": kind } } })
+        }));
+        all.push(json!({ "name": "greedy", "planner": {}, "rule": { "name": Rule::Greedy } }));
+    } else if visits(scenario) {
         all.extend(Rule::ALL.into_iter().flat_map(|rule| {
             let [planner, law] = rule.names();
             let with = json!({ "name": rule });
@@ -101,7 +108,13 @@ fn campaign(scenario: &Scenario, seed: u64, controllers: &[Value]) -> Result<Cam
     if !scenario.has_surface_craft() {
         return Err(ComparisonError::NoSurfaceCraft(scenario.name.clone()));
     }
-    let objective = if visits(scenario) { Objective::VisitMeanCost } else { Objective::RmsM };
+    let objective = if localises(scenario) {
+        Objective::NavigationRmsM
+    } else if visits(scenario) {
+        Objective::VisitMeanCost
+    } else {
+        Objective::RmsM
+    };
     Ok(Campaign::of_mission(scenario, seed, objective, controllers))
 }
 
@@ -118,6 +131,11 @@ fn best(campaign: &Campaign, controller: usize, progress: &mut dyn FnMut(f64)) -
 fn visits(scenario: &Scenario) -> bool {
     let craft = scenario.surface_craft.as_ref();
     craft.is_some_and(|craft| matches!(craft.goal, Goal::Visit(_)))
+}
+
+fn localises(scenario: &Scenario) -> bool {
+    let craft = scenario.surface_craft.as_ref();
+    craft.is_some_and(|craft| matches!(craft.goal, Goal::Localise(_)))
 }
 
 /// A controller's knowledge and scores.
@@ -137,6 +155,9 @@ pub struct Controller {
     /// A rule's turn, or stay beyond the goal's least time, s: the grid's best for this mission.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dwell_s: Option<f64>,
+    /// A figure that the planner did not choose: the grid's best for this mission.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub figure: Option<FixedFigure>,
     /// The record.
     #[serde(skip)]
     pub record: Record,
@@ -146,7 +167,8 @@ impl Controller {
     /// The compared value; less is better.
     fn value(&self) -> f64 {
         let metrics = &self.scores.metrics;
-        metrics.visits.map_or(metrics.rms_m, |visits| visits.mean_cost)
+        let visits = metrics.visits.map(|visits| visits.mean_cost);
+        visits.or(metrics.localisation.map(|localised| localised.rms_m)).unwrap_or(metrics.rms_m)
     }
 }
 
@@ -201,7 +223,8 @@ impl Comparison {
         Ok(Self { scenario: scenario.name.clone(), seed, controllers: flown.into_values().collect() })
     }
 
-    /// The controller with the least mean cost of visited AUVs, or the least `rms_m`.
+    /// The controller with the least mean cost of visited AUVs, the least error of localised ones, or
+    /// the least `rms_m`.
     pub fn best(&self) -> &Controller {
         self.least(Controller::value)
     }
@@ -214,6 +237,10 @@ impl Comparison {
 
     fn visits(&self) -> bool {
         self.controllers[0].scores.metrics.visits.is_some()
+    }
+
+    fn localises(&self) -> bool {
+        self.controllers[0].scores.metrics.localisation.is_some()
     }
 }
 
@@ -243,6 +270,7 @@ fn fly(
         information,
         gains: setting.gains,
         dwell_s: setting.dwell_s,
+        figure: setting.figure,
         record,
     })
 }

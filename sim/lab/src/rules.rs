@@ -13,10 +13,12 @@ use planner::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::guide::{Guidance, Guide, GuideError};
-use sim::visits::Costs;
+use sim::visits::{Costs, ServedAt};
 
+mod greedy;
 mod tour;
 
+pub use greedy::GreedyGuide;
 use tour::short_tour;
 
 /// Tried turns by the clock, s: at 1.5 m/s the shortest is 60 m, the longest over a kilometre.
@@ -50,10 +52,12 @@ pub enum Rule {
     Midpoint,
     /// None: the craft stays where the farthest is nearest.
     MinimaxRange,
+    /// Localises: at full speed on the heading whose next measurement tells most.
+    Greedy,
 }
 
 impl Rule {
-    /// All rules.
+    /// All rules that visit AUVs.
     pub const ALL: [Self; 6] = [
         Self::Clock,
         Self::OldestFirst,
@@ -72,7 +76,13 @@ impl Rule {
             Self::CostPerTime => ["cost_per_time", "cost_per_time_los"],
             Self::Midpoint => ["midpoint", "midpoint_los"],
             Self::MinimaxRange => ["minimax_range", "minimax_range_los"],
+            Self::Greedy => ["greedy", "greedy"],
         }
+    }
+
+    /// Its verb.
+    pub(crate) fn does(self) -> &'static str {
+        if self == Self::Greedy { "localises" } else { "visits" }
     }
 
     /// Times to try, s: of a turn by the clock, or of a stay beyond the goal's least time.
@@ -80,7 +90,7 @@ impl Rule {
         match self {
             Self::Clock => &TURNS,
             Self::OldestFirst | Self::NearestFirst | Self::CostPerTime => &STAYS,
-            Self::Midpoint | Self::MinimaxRange => &[],
+            Self::Midpoint | Self::MinimaxRange | Self::Greedy => &[],
         }
     }
 }
@@ -114,8 +124,7 @@ struct Memory {
 struct Observed {
     /// Time until the craft can be near it, s.
     travel: f64,
-    /// Slant range at which it is served, m, if it is.
-    served: Option<f64>,
+    served: bool,
     silent: bool,
 }
 
@@ -143,15 +152,18 @@ impl RuleGuide {
                 let turn = ((now - memory.began) / self.dwell).floor();
                 #[expect(clippy::cast_possible_truncation, reason = "a mission's turns")]
                 let followed = heard[turn as usize % heard.len()];
-                let goal = Goal::Intermittent { auvs, dwell_s: self.dwell, epoch_s: memory.began };
+                let goal = if visits.cost.takes_ranges() {
+                    memory.stay(visits, followed)
+                } else {
+                    Goal::Intermittent { auvs, dwell_s: self.dwell, epoch_s: memory.began }
+                };
                 (goal, Some(memory.places[followed]))
             }
             Rule::OldestFirst | Rule::NearestFirst | Rule::CostPerTime => {
                 let next = memory.next(self.rule, now, visits.dwell_min() + self.dwell, (&seen, &heard));
-                let auv = memory.costs.auvs[next].clone();
-                (Goal::Track { auv }, Some(memory.places[next]))
+                (memory.stay(visits, next), Some(memory.places[next]))
             }
-            Rule::Midpoint => (Goal::Midpoint { auvs }, None),
+            Rule::Midpoint | Rule::Greedy => (Goal::Midpoint { auvs }, None),
             Rule::MinimaxRange => {
                 let range_m = match visits.cost {
                     VisitCost::Data { range_max_m, .. } => range_max_m,
@@ -187,19 +199,19 @@ impl Memory {
     fn observe(&mut self, snapshot: &Snapshot, forecast: &GoalForecast) -> Vec<Observed> {
         let (here, elapsed) = (snapshot.asc.position(), snapshot.t_s - self.then);
         self.then = snapshot.t_s;
-        let within = self.costs.visits.within_m;
+        let within = self.costs.visits.within();
         let mut all = vec![];
         for (place, auv) in forecast.members().enumerate() {
-            let distance = |ahead: f64| (auv.at(ahead).position - here).norm();
+            let off = |ahead: f64| auv.at(ahead).position - here;
+            let distance = |ahead: f64| off(ahead).norm();
             let depth = auv.depth_at(0.0).max(0.0);
             let heard = Heard::of(snapshot, self.places[place], distance(0.0));
             let hearing = self.hearing[place].later(elapsed, &heard);
             self.hearing[place] = hearing;
             let silent = hearing.is_silent(&heard, Parameters::default().report_age_max);
             let served = !silent && self.costs.serves(distance(0.0), depth);
-            let served = served.then(|| distance(0.0).hypot(depth));
-            self.costs.advance(place, elapsed, served);
-            self.served[place] |= served.is_some();
+            self.costs.advance(place, elapsed, served.then(|| ServedAt { off: off(0.0), depth }));
+            self.served[place] |= served;
             let speed = snapshot.limits().speed_max;
             let travel = (0..MEETING_STEPS).fold(0.0, |time, _| (distance(time) - within).max(0.0) / speed);
             all.push(Observed { travel, served, silent });
@@ -207,12 +219,28 @@ impl Memory {
         all
     }
 
+    /// The goal to stay with the AUV at `place`: above it, or on arcs about it where ranges are taken.
+    fn stay(&self, visits: &Visits, place: usize) -> Goal {
+        let auv = self.costs.auvs[place].clone();
+        if !visits.cost.takes_ranges() {
+            return Goal::Track { auv };
+        }
+        let costs_now = [(auv.clone(), self.costs.costs[place])].into();
+        Goal::Visit(Visits {
+            cost: visits.cost,
+            within_m: visits.within_m,
+            dwell_min_s: visits.dwell_min_s,
+            costs_now,
+            ..Visits::new(vec![auv])
+        })
+    }
+
     /// The next place: the same until the craft was there for `stay` s, then the rule's choice.
     fn next(&mut self, rule: Rule, now: f64, stay: f64, (seen, heard): (&[Observed], &[usize])) -> usize {
         if let Some((place, arrived)) = &mut self.next
             && heard.contains(place)
         {
-            if seen[*place].served.is_some() {
+            if seen[*place].served {
                 arrived.get_or_insert(now);
             }
             if arrived.is_none_or(|arrived| now - arrived < stay) {
@@ -232,14 +260,14 @@ impl Memory {
                 -weight * self.costs.costs[place] / (seen[place].travel + stay).max(1.0)
             }
             Rule::NearestFirst => f64::from(u8::from(self.served[place])),
-            Rule::Clock | Rule::Midpoint | Rule::MinimaxRange => 0.0,
+            Rule::Clock | Rule::Midpoint | Rule::MinimaxRange | Rule::Greedy => 0.0,
         };
         let order = |a: &usize, b: &usize| {
             let nearer = seen[*a].travel.total_cmp(&seen[*b].travel);
             key(*a).total_cmp(&key(*b)).then(nearer)
         };
         let next = others.min_by(order).expect("a goal names a vehicle");
-        self.next = Some((next, seen[next].served.map(|_| now)));
+        self.next = Some((next, seen[next].served.then_some(now)));
         next
     }
 }

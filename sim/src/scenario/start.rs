@@ -105,7 +105,9 @@ impl Scenario {
             let faults = self.knowledge.ranging.as_ref();
             let faults = faults.map_or_else(RangingFaults::default, |file| ranging(file, &mut draw));
             let random = navigation_stream(seed);
-            OwnNavigation::new(&briefing.goal, faults, bounds.range_max, &mut world, random)
+            let anchored = self.knowledge.ranging.as_ref().map_or(&[][..], |file| &file.anchored);
+            let anchored = draw.points(anchored);
+            OwnNavigation::new(&briefing.goal, faults, bounds.range_max, anchored, &mut world, random)
         });
         let observer = briefing.map(|briefing| self.observer(&world, briefing, seed, &mut draw));
         Ok(Start {

@@ -488,30 +488,30 @@ class GoalIntermittent(TypedDict):
 
 
 class GoalLocalise(TypedDict):
-    """Vehicles that the surface craft visits; the planner chooses the order and the times."""
+    """Vehicles that the surface craft localises; the planner chooses the figure that it sails."""
 
-    # The vehicles to serve, in any order.
+    # The vehicles to localise, in any order.
     auvs: list[str]
-    # Cost of an unserved vehicle; its age if left out.
-    cost: NotRequired[VisitCost | None]
-    # Known present costs, by name, in the unit of the cost, for example from a modem that counts uploaded data;
-    # those in `previous_plan`, advanced to now, else of vehicles just served if left out.
+    # Known present variances of the vehicles' own navigation, north plus east, by name, m²; the covariance of the
+    # `state`, or of the estimate from `reports`, if left out.
     costs_now: NotRequired[dict[str, float] | None]
-    # Least time with a vehicle, s; 0 for `age`, else 30 if left out.
-    dwell_min_s: NotRequired[float | None]
+    # Measurement between each vehicle and the craft; `range` if left out.
+    fixes: NotRequired[Fixes | None]
+    # Growth of a vehicle's variance along either axis between measurements, m²/s.
+    growth_m2ps: float
+    # Time between two measurements of a vehicle, s; 10 if left out.
+    interval_s: NotRequired[float | None]
     kind: Literal["localise"]
-    # The vehicle to visit next, until `previous_plan` says that its visit is over; that of least cost if left out.
-    next: NotRequired[str | None]
-    # Desired position relative to the followed point. Default: right above it.
-    offset: NotRequired[Offset | None]
-    # The mean of the costs counts, or the largest; `mean` if left out.
+    # The mean of the variances counts, or the largest; `mean` if left out.
     reduce: NotRequired[Reduce | None]
-    # Deadlines of service by name, s on the craft's clock; none if left out.
-    serve_by_s: NotRequired[dict[str, float] | None]
-    # Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
+    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
+    sigma_m: NotRequired[float | None]
+    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+    sigma_rad: NotRequired[float | None]
+    # Least horizontal distance to each of the vehicles, m; 0 if left out.
+    stand_off_m: NotRequired[float | None]
+    # Relative weight of each vehicle's variance; 1 if left out. 0 excludes a vehicle.
     weights: NotRequired[dict[str, float] | None]
-    # Largest horizontal distance of service, m; 20 if left out.
-    within_m: NotRequired[float | None]
 
 
 class GoalMidpoint(TypedDict):
@@ -582,7 +582,7 @@ class GoalVisit(TypedDict):
     # Known present costs, by name, in the unit of the cost, for example from a modem that counts uploaded data;
     # those in `previous_plan`, advanced to now, else of vehicles just served if left out.
     costs_now: NotRequired[dict[str, float] | None]
-    # Least time with a vehicle, s; 0 for `age`, else 30 if left out.
+    # Least time with a vehicle, s; 0 for `age`, else 30 if left out, 90 for ranges.
     dwell_min_s: NotRequired[float | None]
     kind: Literal["visit"]
     # The vehicle to visit next, until `previous_plan` says that its visit is over; that of least cost if left out.
@@ -595,7 +595,7 @@ class GoalVisit(TypedDict):
     serve_by_s: NotRequired[dict[str, float] | None]
     # Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
     weights: NotRequired[dict[str, float] | None]
-    # Largest horizontal distance of service, m; 20 if left out.
+    # Largest horizontal distance of service, m; 20 if left out, 40 for ranges.
     within_m: NotRequired[float | None]
 
 
@@ -773,32 +773,6 @@ class LiveAuv(TypedDict):
     id: str
     # Its path, if known.
     path: NotRequired[Path | None]
-
-
-class Localise(TypedDict):
-    """Vehicles that the surface craft localises; the planner chooses the figure that it sails."""
-
-    # The vehicles to localise, in any order.
-    auvs: list[str]
-    # Known present variances of the vehicles' own navigation, north plus east, by name, m²; the covariance of the
-    # `state`, or of the estimate from `reports`, if left out.
-    costs_now: NotRequired[dict[str, float] | None]
-    # Measurement between each vehicle and the craft; `range` if left out.
-    fixes: NotRequired[Fixes | None]
-    # Growth of a vehicle's variance along either axis between measurements, m²/s.
-    growth_m2ps: float
-    # Time between two measurements of a vehicle, s; 10 if left out.
-    interval_s: NotRequired[float | None]
-    # The mean of the variances counts, or the largest; `mean` if left out.
-    reduce: NotRequired[Reduce | None]
-    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
-    sigma_m: NotRequired[float | None]
-    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
-    sigma_rad: NotRequired[float | None]
-    # Least horizontal distance to each of the vehicles, m; 0 if left out.
-    stand_off_m: NotRequired[float | None]
-    # Relative weight of each vehicle's variance; 1 if left out. 0 excludes a vehicle.
-    weights: NotRequired[dict[str, float] | None]
 
 
 class LocalisedVehicle(TypedDict):
@@ -2100,16 +2074,18 @@ class VisitCostData(TypedDict):
 
 
 class VisitCostUncertainty(TypedDict):
-    """Variance of its own navigation, m²; fixes from the craft reduce it."""
+    """Variance of its own navigation, m²; measurements between it and the craft reduce it."""
 
+    # The measurements; `usbl` if left out. For ranges a visit is an arc about the vehicle.
+    fixes: NotRequired[Fixes | None]
     # Growth of the variance without aid, m²/s.
     growth_m2ps: float
     # Time between two fixes, s; 10 if left out.
     interval_s: NotRequired[float | None]
     kind: Literal["uncertainty"]
-    # Standard deviation of a fix at range 0, m; 1.5 if left out.
+    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
     sigma_m: NotRequired[float | None]
-    # Growth of `sigma_m` with the slant range, rad; 0.02 if left out.
+    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
     sigma_rad: NotRequired[float | None]
 
 

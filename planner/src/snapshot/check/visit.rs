@@ -16,15 +16,15 @@ const NOT_NAMED: &str = "only vehicles in goal/auvs count";
 impl Check {
     pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
         self.vehicles(&visits.auvs, auvs);
-        self.numbers("/goal", &GOAL_VISIT, [visits.within_m, visits.dwell_min()]);
+        self.numbers("/goal", &GOAL_VISIT, [visits.within(), visits.dwell_min()]);
         match visits.cost {
             VisitCost::Age => {}
-            VisitCost::Uncertainty { growth_m2ps, sigma_m, sigma_rad, interval_s } => {
+            VisitCost::Uncertainty { fixes: _, growth_m2ps, sigma_m, sigma_rad, interval_s } => {
                 let values = [growth_m2ps, sigma_m, sigma_rad, interval_s];
                 self.numbers("/goal/cost", &VISIT_UNCERTAINTY, values);
             }
             VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
-                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m])
+                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]);
             }
         }
         let by_name = [

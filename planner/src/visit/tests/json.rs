@@ -17,14 +17,20 @@ fn a_goal_survives_json_with_explicit_defaults() {
     assert_eq!(serde_json::to_value(&short).expect("is JSON"), spelled);
     let long = json!({
         "kind": "visit", "auvs": ["a", "b"], "weights": { "a": 2.0 }, "within_m": 15.0, "dwell_min_s": 60.0,
-        "cost": { "kind": "uncertainty", "growth_m2ps": 0.1, "sigma_m": 2.0, "sigma_rad": 0.01, "interval_s": 5.0 },
+        "cost": { "kind": "uncertainty", "fixes": "range", "growth_m2ps": 0.1, "sigma_m": 2.0, "sigma_rad": 0.01, "interval_s": 5.0 },
         "serve_by_s": { "b": 900.0 }, "reduce": "max", "costs_now": { "a": 3.0 }, "next": "b",
     });
     let found = serde_json::to_value(task(long.clone()).expect("valid")).expect("is JSON");
     assert_eq!(found, long);
     let mut visit = json!({ "kind": "visit", "auvs": ["a"] });
     visit["cost"] = json!({ "kind": "uncertainty", "growth_m2ps": 0.1 });
-    let whole = VisitCost::Uncertainty { growth_m2ps: 0.1, sigma_m: 1.5, sigma_rad: 0.02, interval_s: 10.0 };
+    let whole = VisitCost::Uncertainty {
+        fixes: Fixes::Usbl,
+        growth_m2ps: 0.1,
+        sigma_m: 1.5,
+        sigma_rad: 0.02,
+        interval_s: 10.0,
+    };
     let defaulted = task(visit.clone()).expect("valid").goal;
     assert!(matches!(defaulted, Goal::Visit(Visits { cost, .. }) if cost == whole));
     for [member, value, fault] in rows(

@@ -220,7 +220,7 @@ fn after_the_deadline_few_of_many_visits_are_tried() {
         // All sixteen are always near and need no stay: thousands of visits fit.
         let mut request = random(seed, 16, 300.0);
         let visits = visits(&mut request);
-        (visits.within_m, visits.dwell_min_s) = (5000.0, Some(0.0));
+        (visits.within_m, visits.dwell_min_s) = (Some(5000.0), Some(0.0));
         let fleet = fleet(&request, horizon(&request, 1800.0));
         let first = fleet.candidates.len() - 1;
         for n in [0, 7, 600] {

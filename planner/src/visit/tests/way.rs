@@ -26,6 +26,53 @@ fn a_plan_follows_and_returns_its_schedule() {
     assert!(after.kept && after.visits[0].auv == first.auv);
 }
 
+#[test]
+fn ranges_are_taken_on_an_arc_about_the_visited_auv_and_fixes_right_above_it() {
+    let auvs = [("here", moving(10.0, 0.0, 25.0, 0.0, 0.0), 30.0), ("far", resting(-600.0, 0.0), 2.0)];
+    let goals = [1, 3].map(|cost| {
+        let mut request = two(&auvs, 0.0, SPEED);
+        let goal = visits(&mut request);
+        (goal.cost, goal.within_m, goal.dwell_min_s) = (costs()[cost], None, None);
+        goal.next = Some("here".into());
+        (planned(&request), goal_within(&request))
+    });
+    let [(above, _), (arc, within)] = goals;
+    assert_eq!((above.figure, within), (None, 40.0));
+    let figure = arc.figure.clone().expect("ranges are taken");
+    assert_eq!(figure.vehicles[0].auv, "here".into());
+    let leave = arc.schedule.as_ref().expect("the goal visits").visits[0].leave_s;
+    let mut farthest = 0.0_f64;
+    for goal in arc.goal.iter().filter(|goal| goal.t_s < leave) {
+        let distance = (goal.motion().position - Vector2::new(10.0, 0.0)).norm();
+        assert!(9.0 < distance && distance <= 0.8 * within + 1e-9, "{distance}");
+    }
+    for stage in &arc.trajectory {
+        farthest = farthest.max((stage.position() - Vector2::new(10.0, 0.0)).norm());
+    }
+    assert!((15.0..40.0).contains(&farthest), "{farthest}");
+}
+
+fn goal_within(request: &PlanRequest) -> f64 {
+    let Goal::Visit(visits) = &request.goal.goal else { panic!("the goal visits") };
+    visits.within()
+}
+
+#[test]
+fn the_goal_leaves_an_arc_without_a_jump() {
+    for seed in 0..40 {
+        let mut request = random(seed, 3, 150.0);
+        (request.current, request.asc.speed_mps) = (None, 1.0);
+        let goal = visits(&mut request);
+        (goal.cost, goal.within_m, goal.dwell_min_s) = (costs()[3], None, Some(5.0));
+        let (_, goal, schedule) = scheduled_goal(request);
+        let [first, second, ..] = &schedule.visits[..] else { continue };
+        let leave = first.leave_s - 1000.0;
+        if first.leave_s < second.arrive_s {
+            near_to(goal.at(leave + 1e-6).position, goal.at(leave - 1e-6).position, 1e-3);
+        }
+    }
+}
+
 fn planned(request: &PlanRequest) -> crate::Plan {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
     crate::plan(&snapshot, &crate::Parameters::default(), &mut crate::Workspace::default())

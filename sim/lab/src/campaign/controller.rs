@@ -13,7 +13,7 @@ use sim::{
 use super::grid::{Setting, grid, tuned};
 use crate::{
     http_guide::{GuideUrl, HttpGuide},
-    rules::RuleGuide,
+    rules::{GreedyGuide, Rule, RuleGuide},
 };
 
 mod entry;
@@ -69,7 +69,14 @@ impl Controller {
             return false;
         }
         let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
-        if self.entry.rule.is_some() && !matches!(goal, Some(Goal::Visit(_))) {
+        let localises = matches!(goal, Some(Goal::Localise(_)));
+        let has_figure = self.entry.planner.as_ref().is_some_and(|planner| planner.figure.is_some());
+        let fits = match self.entry.rule {
+            Some(RuleFile { name: Rule::Greedy, .. }) => localises,
+            Some(_) => matches!(goal, Some(Goal::Visit(_))),
+            None => localises || !has_figure,
+        };
+        if !fits {
             return false;
         }
         match self.law {
@@ -105,7 +112,9 @@ impl Controller {
             ControlLaw::Planner { .. } | ControlLaw::Guide(_) => vec![],
         };
         let dwells = self.entry.rule.as_ref().map(RuleFile::dwells);
-        Setting::grid(&laws, dwells.unwrap_or_default())
+        let figures = self.entry.planner.as_ref().and_then(|planner| planner.figure);
+        let figures = figures.map(|figure| figure.grid());
+        Setting::grid(&laws, dwells.unwrap_or_default(), &figures.unwrap_or_default())
     }
 
     /// `true` if a part of it is tuned.
@@ -148,7 +157,7 @@ impl Controller {
             CraftKnowledge::Speeds => "; of its craft the speeds alone",
         };
         let visits = match self.entry.rule {
-            Some(rule) => format!("; visits by the rule {}", rule.name.names()[0]),
+            Some(rule) => format!("; {} by the rule {}", rule.name.does(), rule.name.names()[0]),
             None => String::new(),
         };
         format!("{of_paths}{of_craft}; {uses}{visits}")
@@ -197,11 +206,13 @@ impl Controller {
             ControlLaw::Fixed(tuning) => (Box::new(LosGuide::tuned(*tuning)), None),
             ControlLaw::Tuned(law) => (Box::new(LosGuide::tuned(gains(*law))), None),
             ControlLaw::Planner { parameters, forecast, .. } => {
-                (Box::new(MpcGuide::new(Parameters::clone(parameters))), *forecast)
+                let parameters = Parameters { figure: setting.figure, ..Parameters::clone(parameters) };
+                (Box::new(MpcGuide::new(parameters)), *forecast)
             }
             ControlLaw::Guide(url) => (Box::new(HttpGuide::new(url)), None),
         };
-        let guide = match self.entry.rule {
+        let guide: Box<dyn Guide> = match self.entry.rule {
+            Some(RuleFile { name: Rule::Greedy, .. }) => Box::new(GreedyGuide),
             Some(rule) => Box::new(RuleGuide::new(guide, rule.name, setting.dwell_s.unwrap_or(0.0))),
             None => guide,
         };

@@ -138,6 +138,8 @@ pub enum Objective {
     HeadingTravelRad,
     /// Mean cost of AUVs that are visited.
     VisitMeanCost,
+    /// True error of AUVs that are localised, root mean square, m.
+    NavigationRmsM,
 }
 
 impl Objective {
@@ -148,6 +150,7 @@ impl Objective {
             Self::EnergyJ => "energy_j",
             Self::HeadingTravelRad => "heading_travel_rad",
             Self::VisitMeanCost => "visit_mean_cost",
+            Self::NavigationRmsM => "navigation_rms_m",
         }
     }
 
@@ -157,6 +160,7 @@ impl Objective {
             Self::EnergyJ => score.metrics.energy_j,
             Self::HeadingTravelRad => score.metrics.heading_travel_rad,
             Self::VisitMeanCost => score.metrics.visits.map_or(0.0, |visits| visits.mean_cost),
+            Self::NavigationRmsM => score.metrics.localisation.map_or(0.0, |localised| localised.rms_m),
         }
     }
 }

@@ -137,6 +137,8 @@ fn row(
     row.number("along_track_gain_per_s", along_track_gain);
     row.number("integral_gain_mps", law.map(|law| law.integral_gain));
     row.number("dwell_s", gains.setting.dwell_s);
+    row.number("figure_radius_m", gains.setting.figure.map(|figure| figure.radius_m));
+    row.number("figure_speed_share", gains.setting.figure.map(|figure| figure.speed_share));
     for (key, value) in campaign.parameters(run.condition) {
         row.number(&format!("param.{key}"), Some(value));
     }
@@ -187,14 +189,14 @@ pub(super) fn bound(campaign: &Campaign, condition: Condition) -> Option<f64> {
     }
     let scenario = campaign.scenario(condition).ok()?;
     let briefed = scenario.start(campaign.seed(condition)).ok()?;
-    // The controller itself chooses the place of a goal that visits.
-    if matches!(briefed.observer?.briefing.goal, Goal::Visit(_)) {
+    // The controller itself chooses the place of a goal that visits or localises.
+    if matches!(briefed.observer?.briefing.goal, Goal::Visit(_) | Goal::Localise(_)) {
         return None;
     }
     // Goal, current and plant are the same under every controller.
     let mut controller = Controller::law(LosLaw::SaturatedLos);
     controller.entry.variation = first;
-    let setting = Setting { gains: Some(grid(LosLaw::SaturatedLos)[0].into()), dwell_s: None };
+    let setting = Setting { gains: Some(grid(LosLaw::SaturatedLos)[0].into()), ..Setting::default() };
     let flown = fly(campaign, condition, &controller, setting).ok()?;
     bound_rms_m(&flown.record)
 }

@@ -1,5 +1,6 @@
 //! Replay of a run.
 
+use planner::FixedFigure;
 use planner::los::LawGains;
 use sim::{guide::GuideError, record::Record};
 
@@ -54,6 +55,10 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
             ControlLaw::Planner { .. } | ControlLaw::Guide(_) => None,
         },
         dwell_s: cell("dwell_s"),
+        figure: controller.entry.planner.as_ref().and_then(|planner| planner.figure).and_then(|figure| {
+            let (radius_m, speed_share) = cell("figure_radius_m").zip(cell("figure_speed_share"))?;
+            Some(FixedFigure { kind: figure.kind, radius_m, speed_share })
+        }),
     };
     let gains = RunGains { setting, objectives: before.words("objectives").unwrap_or_default().concat() };
     let flown = fly(campaign, run.condition, controller, setting);

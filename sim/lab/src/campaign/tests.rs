@@ -129,7 +129,7 @@ dwell_s = 40 | dwell_s = nan | controllers[1].rule.dwell_s: NaN is outside
 
 #[test]
 fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
-    for (file, mistakes) in [(SMALL, MISTAKES), (VISITS, MISTAKES_OF_RULES)] {
+    for (file, mistakes) in [(SMALL, MISTAKES), (VISITS, MISTAKES_OF_RULES), (FIGURES, MISTAKES_OF_FIGURES)] {
         for mistake in mistakes.lines().filter(|line| !line.is_empty()) {
             let parts: Vec<String> = mistake.splitn(3, " | ").map(|part| part.replace("\\n", "\n")).collect();
             let [right, wrong, says] = &parts[..] else { panic!("{mistake}") };
@@ -146,6 +146,41 @@ fn a_mistake_is_named_with_its_line_its_member_and_what_would_do() {
     let unreadable = Campaign::read(Path::new("/nowhere.toml"));
     assert!(matches!(unreadable, Err(CampaignError::Unreadable(..))));
 }
+
+/// Mistakes in [`FIGURES`].
+const MISTAKES_OF_FIGURES: &str = r#"
+radius_m = 30 | radius_m = 0.5 | controllers[1].planner.figure.radius_m: 0.5 is outside 1 to 10000
+radius_m = 30 | radius_m = 30, speed_share = 2 | controllers[1].planner.figure.speed_share: 2 is outside 0.1 to 1
+kind = "circle" | kind = "ellipse" | controllers[1].planner.figure.kind: must be above, circle or zigzag_astern
+"#;
+
+/// A goal that localises and one that does not.
+const FIGURES: &str = r#"
+schema_version = "1"
+name = "figures"
+title = "whether a figure is flown"
+scenarios = ["localise-straight", "paper-tracking"]
+duration_s = 1000
+replicates = 1
+first_seed = 1
+
+[[controllers]]
+name = "mpc"
+planner = {}
+
+[[controllers]]
+name = "circle"
+planner = { figure = { kind = "circle", radius_m = 30 } }
+
+[[controllers]]
+name = "above"
+planner = { figure = { kind = "above" } }
+
+[[controllers]]
+name = "greedy"
+planner = {}
+rule = { name = "greedy" }
+"#;
 
 /// A goal that visits and one that does not; the clock with both its followers, and the planner.
 const VISITS: &str = r#"
@@ -219,6 +254,23 @@ mod slow {
         let bounds = numbers("bound_rms_m").into_iter();
         assert!(bounds.map(|bound| bound.is_some()).eq([false, false, false, true]));
         for run in 0..4 {
+            assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
+        }
+    }
+
+    #[test]
+    fn a_circle_and_a_greedy_heading_fix_an_auv_better_than_a_stay_above() {
+        let campaign = campaign(FIGURES);
+        let folder = TempDir::new().expect("is a folder");
+        let (_, rows) = flown(&campaign, folder.path(), 1, Shard::WHOLE);
+        let controllers = rows.words("controller").expect("a column");
+        assert_eq!(controllers, ["mpc", "circle", "above", "greedy", "mpc"]);
+        let numbers = |name: &str| rows.numbers(name).expect("a column");
+        assert_eq!(numbers("figure_radius_m"), [None, Some(30.0), Some(0.0), None, None]);
+        let errors: Vec<_> = numbers("navigation_rms_m").into_iter().flatten().collect();
+        let [planned, circle, above, greedy] = errors[..] else { panic!("{errors:?}") };
+        assert!(1.5 * planned.max(circle).max(greedy) < above, "{errors:?}");
+        for run in [1, 3] {
             assert!(replay(&campaign, &rows, run).expect("flies").same, "{run}");
         }
     }

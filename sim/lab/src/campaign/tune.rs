@@ -151,6 +151,8 @@ impl PartialScore {
             Objective::EnergyJ => self.energy,
             Objective::HeadingTravelRad => self.heading_travel,
             Objective::VisitMeanCost => self.costs / f64::from(n_rows),
+            // Only the settled part counts, at the end.
+            Objective::NavigationRmsM => 0.0,
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Write as _};
 
+use planner::FixedFigure;
+
 use super::{Comparison, Controller, PLANNER};
 use crate::scores::{IN_RANGE, LINES};
 
@@ -18,7 +20,9 @@ impl fmt::Display for Comparison {
         for block in self.controllers.chunks(COLUMNS) {
             write_block(f, block)?;
         }
-        let others = if self.visits() {
+        let others = if self.localises() {
+            "the figures are sailed by the planner,\nat the best sizes and speeds of their grids"
+        } else if self.visits() {
             "the rules are followed by the planner or by line of sight,\nat the best times of their grids"
         } else {
             "the laws use the present motion of\nthe goal, at the best gains of their grids"
@@ -33,6 +37,9 @@ impl fmt::Display for Comparison {
             if let Some(dwell) = controller.dwell_s {
                 writeln!(f, "{}: {dwell} s.", controller.name)?;
             }
+            if let Some(FixedFigure { radius_m, speed_share, .. }) = controller.figure {
+                writeln!(f, "{}: {radius_m} m at {speed_share} of the speed.", controller.name)?;
+            }
         }
         self.write_least(f)
     }
@@ -41,6 +48,9 @@ impl fmt::Display for Comparison {
 impl Comparison {
     /// Names the controller with the least compared value, and says if the approach decided that.
     fn write_least(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.localises() {
+            return writeln!(f, "Least error of the AUVs' own navigation: {}.", self.best().name);
+        }
         if self.visits() {
             return writeln!(f, "Least mean cost of the AUVs: {}.", self.best().name);
         }

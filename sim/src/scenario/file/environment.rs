@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::yes;
+use super::{Point, yes};
 use crate::scenario::quantity::{
     AcousticRange, AngleBias, AngleNoise, CorrelationTime, CurrentComponent, Damping, DepthNoise, Factor,
     FrameTime, HalfTurn, MessageTime, Period, PositionNoise, Quantity, RateNoise, Share, ShearDepth,
@@ -115,6 +115,9 @@ pub struct RangingFile {
     pub outlier_max_m: Option<Quantity<PositionNoise>>,
     /// Growth of a one-way range by the drift of an AUV's clock, m/s; 0 if left out.
     pub clock_drift_mps: Option<Quantity<SpeedNoise>>,
+    /// Anchored modems that AUVs measure ranges or fixes to instead of the craft; none if left out.
+    #[serde(default)]
+    pub anchored: Vec<Point>,
 }
 
 /// Knowledge of the current.

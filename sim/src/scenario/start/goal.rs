@@ -20,7 +20,7 @@ impl Scenario {
         let mut goal = checked.all(goal)?;
         // As in a snapshot that was read.
         if let Goal::Visit(visits) = &mut goal {
-            visits.dwell_min_s = Some(visits.dwell_min());
+            visits.fill_defaults();
         }
         let mut checked = Checked::new(draw, "surface_craft.goal_offset");
         let offset = file.goal_offset.as_ref();

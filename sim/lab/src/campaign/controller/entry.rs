@@ -2,11 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use planner::{los::LawGains, snapshot::ForecastModel, tuned::Tuned};
+use planner::{
+    FixedFigure,
+    los::LawGains,
+    snapshot::{FigureKind, ForecastModel},
+    tuned::Tuned,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::variation::Variation;
+use crate::campaign::grid::figures;
 use crate::rules::Rule;
 
 /// A controller and its knowledge.
@@ -30,11 +36,12 @@ pub struct ControllerFile {
     pub law: Option<LawFile>,
     /// or the address of a law outside of this program, which gets each snapshot over HTTP.
     pub guide: Option<String>,
-    /// A rule that visits AUVs instead of the planner's schedule, where the goal visits.
+    /// A rule instead of the planner's schedule, where the goal visits, or of its figure, where the
+    /// goal localises.
     pub rule: Option<RuleFile>,
 }
 
-/// A rule that visits AUVs.
+/// A rule that visits AUVs, or localises them.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RuleFile {
@@ -69,6 +76,8 @@ pub struct PlannerFile {
     pub hard_turn_share: Option<f64>,
     /// Fastest that a heading reference turns where the craft could turn faster, rad/s.
     pub heading_rate_max_radps: Option<f64>,
+    /// The only figure that it may sail where the goal localises AUVs; its own choice if left out.
+    pub figure: Option<FigureFile>,
     /// `true`: the fallback level of least predicted cost answers.
     pub cost_decides: Option<bool>,
     /// Tuned numbers by table and name, such as `parameters.estimate.gate`; the scenario's if left
@@ -76,6 +85,29 @@ pub struct PlannerFile {
     #[serde(default)]
     #[schemars(with = "BTreeMap<String, BTreeMap<String, f64>>")]
     pub parameters: Tuned,
+}
+
+/// A figure that the planner does not choose.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FigureFile {
+    /// Its shape: `above`, `circle` or `zigzag_astern`.
+    pub kind: FigureKind,
+    /// Its radius, or its distance and half its width, m; tuned per case, with the speed, if left out.
+    #[schemars(range(min = 1, max = 10_000))]
+    pub radius_m: Option<f64>,
+    /// Share of the greatest speed about the AUVs; 1 if left out beside `radius_m`.
+    #[schemars(range(min = 0.1, max = 1))]
+    pub speed_share: Option<f64>,
+}
+
+impl FigureFile {
+    pub(super) fn grid(&self) -> Vec<FixedFigure> {
+        let kind = self.kind;
+        let speed_share = self.speed_share.unwrap_or(1.0);
+        self.radius_m
+            .map_or_else(|| figures(kind), |radius_m| vec![FixedFigure { kind, radius_m, speed_share }])
+    }
 }
 
 /// A line-of-sight law.

@@ -113,7 +113,7 @@ impl Variation {
                 }
             }
             Self::Breakdown { what, at_s } => {
-                start.world.faults.0.push(Fault { from: at_s, until: f64::INFINITY, what: what.kind() })
+                start.world.faults.0.push(Fault { from: at_s, until: f64::INFINITY, what: what.kind() });
             }
             _ => {}
         }

@@ -2,7 +2,7 @@
 
 use planner::los::{LawGains, LosLaw, LosTuning};
 use planner::parameters::Parameters;
-use planner::snapshot::Tuning;
+use planner::snapshot::{FigureKind, Tuning};
 use planner::tuned::Tuned;
 
 use crate::campaign::controller::{ControlLaw, Controller, ControllerFile, LawFile, PlannerFile, RuleFile};
@@ -57,6 +57,21 @@ impl PlannerFile {
     fn control_law(&self) -> Result<ControlLaw, Wrong> {
         if let Some(fault) = self.tuning.faults("planner").first() {
             return wrong(fault.pointer.replace('/', "."), fault.words());
+        }
+        if let Some(figure) = self.figure {
+            use FigureKind::{Above, Circle, ZigzagAstern};
+            if !matches!(figure.kind, Above | Circle | ZigzagAstern) {
+                return wrong("planner.figure.kind", "must be above, circle or zigzag_astern");
+            }
+            for (member, value, range) in
+                [("radius_m", figure.radius_m, 1.0..=1.0e4), ("speed_share", figure.speed_share, 0.1..=1.0)]
+            {
+                if let Some(value) = value.filter(|value| !range.contains(value)) {
+                    let (least, most) = range.into_inner();
+                    let reason = format!("{value} is outside {least} to {most}");
+                    return wrong(format!("planner.figure.{member}"), reason);
+                }
+            }
         }
         let usual = Parameters::default().tuned(&self.tuning);
         let parameters = Parameters {
