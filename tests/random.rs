@@ -217,6 +217,11 @@ impl Draw {
                 let way = Course::new(course).unit() * (-age * speed);
                 let spread = if self.chance(0.05) { 60.0 } else { 2.0 };
                 let there = (position + way).map(|axis| axis.clamp(-9.9e5, 9.9e5));
+                if self.chance(0.2) {
+                    let range = self.number((5.0, 200.0), (0.1, 2.0e4));
+                    let from = Some(self.place(there, 50.0));
+                    return Report::ranged(time - age, range, from, self.number((0.5, 3.0), (0.05, 100.0)));
+                }
                 Report {
                     depth_m: self.chance(0.5).then(|| self.number((0.0, 30.0), (-10.0, 12_000.0))),
                     turn_rate_radps: self.chance(0.3).then(|| self.number((-0.05, 0.05), (-1.0, 1.0))),

@@ -11,7 +11,9 @@ pub(crate) mod kalman;
 pub(crate) mod legs;
 pub(crate) mod motion_model;
 pub(crate) mod on_path;
+mod particles;
 pub(crate) mod past_states;
+mod ranging;
 pub(crate) mod repeats;
 pub(crate) mod rigid_motion;
 mod screening;
@@ -24,6 +26,8 @@ mod pace_tests;
 #[cfg(test)]
 mod past_states_tests;
 #[cfg(test)]
+mod ranging_tests;
+#[cfg(test)]
 mod screening_tests;
 #[cfg(test)]
 mod speed_band_tests;
@@ -34,5 +38,6 @@ mod tracking_error_tests;
 
 pub use from_reports::{Estimate, Route};
 pub use on_path::{NextTurn, PathFit, Spread};
+pub use ranging::Places;
 pub use repeats::{RepeatedTrack, Repeats};
 pub use rigid_motion::Pattern;

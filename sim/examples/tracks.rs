@@ -259,7 +259,7 @@ impl Behind {
         let snapshot = &heard.briefed;
         let follow = |(second, truth): (usize, &Vector2<f64>)| {
             for report in &heard.news[second] {
-                let measured = [report.north_m, report.east_m];
+                let measured = [report.position().x, report.position().y];
                 let noise = report.sigma_m.powi(2);
                 let known = variance.unwrap_or(Matrix2::new(1e6, 0.0, 0.0, 1.0));
                 let dt = report.t_s - at;

@@ -384,8 +384,10 @@ fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {
     let velocity = fix.ground_velocity;
     Report {
         t_s: fix.t_s,
-        north_m: IN_DEGREES,
-        east_m: IN_DEGREES,
+        north_m: None,
+        east_m: None,
+        range_m: None,
+        from: None,
         lat_deg: Some(fix.position.lat_deg),
         lon_deg: Some(fix.position.lon_deg),
         sigma_m: within(fix.sigma_m.unwrap_or(sigma_m), "sigma_m", "AUV's accuracy"),

@@ -81,7 +81,7 @@ impl CraftFrame {
                 frame.put(&mut state.north_m, &mut state.east_m);
             }
             for report in auv.reports.iter_mut().flatten() {
-                frame.put(&mut report.north_m, &mut report.east_m);
+                report.move_position(|position| frame.position(position));
             }
             if let Some(path) = &mut auv.path {
                 frame.turn(&mut path.segments);

@@ -192,12 +192,22 @@ mod tests {
         let body = json!({ "auvs": { "a": [fix(-17.0, 1.0), fix(-17.001, 1.0)] } }).to_string();
         let (heard, rejected) = read(&body, None).expect("is read");
         assert_eq!((heard.origin, rejected), (Some(origin(-17.0, 180.0)), vec![]));
-        assert_eq!(heard.auvs["a"][0].north_m, 0.0);
-        assert!((heard.auvs["a"][1].north_m + 110.66).abs() < 0.02);
+        assert_eq!(heard.auvs["a"][0].position().x, 0.0);
+        assert!((heard.auvs["a"][1].position().x + 110.66).abs() < 0.02);
         let (heard, _) = read(&body, Some(origin(-17.001, -180.0))).expect("is read");
         assert_eq!(heard.origin, None);
-        assert!((heard.auvs["a"][0].north_m - 110.66).abs() < 0.02);
-        assert!(heard.auvs["a"][0].east_m.abs() < 1e-6);
+        assert!((heard.auvs["a"][0].position().x - 110.66).abs() < 0.02);
+        assert!(heard.auvs["a"][0].position().y.abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_range_is_from_a_place_in_metres_or_on_earth() {
+        let range = |from: Value| json!({ "t_s": 1.0, "range_m": 30.0, "sigma_m": 1.0, "from": from });
+        let ranges = [range(json!([3.0, 4.0])), range(json!({ "lat_deg": -16.999, "lon_deg": 180.0 }))];
+        let body = json!({ "auvs": { "a": ranges } }).to_string();
+        let (heard, rejected) = read(&body, Some(origin(-17.0, 180.0))).expect("is read");
+        assert_eq!((rejected, heard.auvs["a"][0].from), (vec![], Some([3.0, 4.0])));
+        assert!((heard.auvs["a"][1].position().x - 110.66).abs() < 0.02);
     }
 
     #[test]

@@ -127,6 +127,9 @@ impl<'a> Answer<'a> {
         let mut targets = self.plan.targets.clone();
         for PlannedTarget { estimate: at, trajectory, track, states, .. } in &mut targets {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+            for at in &mut at.places {
+                (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
+            }
             for at in trajectory {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             }
@@ -138,6 +141,7 @@ impl<'a> Answer<'a> {
             }
         }
         let mut warnings = warnings(self.snapshot, self.plan);
+        warnings.extend(targets.iter().enumerate().filter_map(|(i, target)| ambiguous(i, target)));
         warnings.extend(self.origin_far());
         let mut schedule = self.plan.schedule.clone();
         for visit in schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
@@ -320,6 +324,19 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings
 }
 
+/// Warning of the AUV number `i` that is at one of two places.
+fn ambiguous(i: usize, PlannedTarget { id, estimate, .. }: &PlannedTarget) -> Option<Warning> {
+    let [likelier, other] = &estimate.places[..] else {
+        return None;
+    };
+    let detail = format!(
+        "the ranges of {id} do not tell where it is: {:.0} m north, {:.0} m east (probability {:.2}), or {:.0} m north, {:.0} m east; \
+         measure from beside that line, as the goal `localise` does",
+        likelier.north_m, likelier.east_m, likelier.probability, other.north_m, other.east_m
+    );
+    Some(warning("ambiguous", &format!("/auvs/{i}/reports"), detail))
+}
+
 /// Warnings of claims in reports that their fixes contradict.
 fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -352,10 +369,16 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             warnings.push(warning("auv_off_route", &format!("/auvs/{i}/path"), detail));
         }
         let reports = auv.reports.as_deref().unwrap_or_default();
+        if let Some((j, range, depth)) = shorter_than_depth(reports) {
+            let detail = format!(
+                "a range of {range:.1} m to {id} is shorter than its depth of {depth:.1} m: check the sound speed and the depth gauge"
+            );
+            warnings.push(warning("range_shorter_than_depth", &format!("{pointer}/{j}/range_m"), detail));
+        }
         let (n_elsewhere, n_reports) = (elsewhere(reports, &estimate.rejected), reports.len());
         if ELSEWHERE_MIN <= n_elsewhere && n_reports <= 2 * n_elsewhere {
             let detail = format!(
-                "{n_elsewhere} of the {n_reports} fixes of {id} are elsewhere and not used: are two vehicles reported under its name?"
+                "{n_elsewhere} of the {n_reports} reports of {id} do not fit the others and are not used: are two vehicles reported under its name?"
             );
             warnings.push(warning("reports_contradict", &pointer, detail));
         }
@@ -370,6 +393,18 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
     warnings
 }
 
+/// Largest error of a range above an AUV, in standard deviations.
+const SHORTER: f64 = 4.0;
+
+/// The first range that is shorter than the depth reported with it: its index, both, m.
+fn shorter_than_depth(reports: &[Report]) -> Option<(usize, f64, f64)> {
+    let mut ranges = reports.iter().enumerate().filter_map(|(j, report)| {
+        Some((j, report.range_m?, report.depth_m?))
+            .filter(|(_, range, depth)| range + SHORTER * report.sigma_m < *depth)
+    });
+    ranges.next()
+}
+
 /// Least number of fixes elsewhere; fewer are outliers.
 const ELSEWHERE_MIN: usize = 4;
 
@@ -382,8 +417,10 @@ fn elsewhere(reports: &[Report], rejected: &[usize]) -> usize {
         let mut used = (0..reports.len()).filter(|i| !rejected.contains(i));
         used.any(|i| {
             let used = &reports[i];
-            let apart = (used.north_m - fix.north_m).hypot(used.east_m - fix.east_m);
-            (used.t_s - fix.t_s).abs() <= TWICE_WITHIN && apart <= 3.0 * (used.sigma_m + fix.sigma_m)
+            let apart = (used.position() - fix.position()).norm();
+            let is_echo = used.range_m.is_some() && fix.range_m.is_some();
+            (used.t_s - fix.t_s).abs() <= TWICE_WITHIN
+                && (is_echo || apart <= 3.0 * (used.sigma_m + fix.sigma_m))
         })
     };
     rejected.iter().filter(|i| !is_of_used(&reports[**i])).count()

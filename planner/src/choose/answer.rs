@@ -251,6 +251,10 @@ pub struct TargetEstimate {
     /// Root-mean-square error of the position now, m. Absent without `covariance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
+    /// The two places at one of which it is, the likelier first, if its ranges do not tell which; the
+    /// position above is then their mean.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<TargetPlace>,
     /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
     pub rejected: Vec<usize>,
     /// Fit of its reports to its `path`, or of these or its past states to its track's pattern.
@@ -261,6 +265,24 @@ pub struct TargetEstimate {
     /// and if it declares its `dive`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
+}
+
+/// A place at which an underwater vehicle may be.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Place)]
+pub struct TargetPlace {
+    /// Position north of the datum, m.
+    pub north_m: f64,
+    /// Position east of the datum, m.
+    pub east_m: f64,
+    /// Latitude, degrees, positive north, if the request has an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lat_deg: Option<f64>,
+    /// Longitude, degrees, positive east, if the request has an `origin`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lon_deg: Option<f64>,
+    /// Its probability.
+    pub probability: f64,
 }
 
 /// Fit of an underwater vehicle's reports to its path, which its own navigation may displace.
@@ -342,6 +364,14 @@ impl TargetEstimate {
             turn_rate_radps: state.turn_rate_radps,
             covariance: state.covariance,
             position_sigma_m: estimate.position_sigma(&snapshot.tuned().estimate),
+            places: estimate.places.map_or_else(Vec::new, |places| {
+                let place = |at: Vector2<f64>, probability| {
+                    let (north_m, east_m) = (at.x, at.y);
+                    TargetPlace { north_m, east_m, lat_deg: None, lon_deg: None, probability }
+                };
+                let likelier = place(places.likelier, places.probability);
+                vec![likelier, place(places.other, 1.0 - places.probability)]
+            }),
             rejected: estimate.rejected.clone(),
             dive: estimate.dive,
             route: estimate.route.map(|route| RouteFit {

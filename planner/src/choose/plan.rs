@@ -14,7 +14,7 @@ use crate::{
 
 pub use crate::{
     choose::answer::{
-        Baseline, GoalPoint, Method, Plan, PlannedTarget, RouteFit, TargetEstimate, TargetPoint,
+        Baseline, GoalPoint, Method, Plan, PlannedTarget, RouteFit, TargetEstimate, TargetPlace, TargetPoint,
     },
     choose::select::{baseline_from, baselines, scheduled_goal},
     estimate::RepeatedTrack,

@@ -12,6 +12,7 @@ use crate::{
         legs::{TrackPoint, forgetting_length},
         on_path::{NextTurn, OnPath, PathFit, PathHypothesis},
         past_states::{self, PastState, as_report, past_state},
+        ranging::{Places, Ranged},
         repeats::{LOOSE_SCATTERS, PastTrack, Repeats},
         screening::{ScreenedReports, velocities_contradicted},
         steady_turn::SteadyTurn,
@@ -46,6 +47,8 @@ pub struct Estimate {
     pub velocity_contradicted: bool,
     /// `true` if its state is where its past states cannot have led.
     pub jumped: bool,
+    /// Two places at one of which it is, if its ranges do not tell which; the state is their mean.
+    pub places: Option<Places>,
     /// Fit to its path. `None` without a path, and for a state that does not contradict it.
     pub route: Option<Route>,
     /// Pattern that its track repeats, if it declares no path.
@@ -178,6 +181,7 @@ impl<'a> Estimator<'a> {
             inflation: 0.0,
             velocity_contradicted: false,
             jumped: false,
+            places: None,
             route: None,
             repeats: None,
             path: None,
@@ -237,6 +241,9 @@ impl<'a> Estimator<'a> {
     /// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
     fn filtered(&self, reports: &[Report], paths: &[KnownPath], before: Option<&[TrackPoint]>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
+        if reports.iter().any(|report| report.range_m.is_some()) {
+            return self.ranged(reports, before.is_some());
+        }
         let ScreenedReports { reports: screened, track: free, inflation, velocity_contradicted } =
             ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
         let infers = before.is_some();
@@ -278,12 +285,11 @@ impl<'a> Estimator<'a> {
         Estimate {
             state: steady_turn.map_or(state, |turn| turn.of(&state)),
             dive: infers.then(|| sawtooth(used, through_water, tuned)).flatten(),
-            rejected: (0..reports.len())
-                .filter(|number| used.iter().all(|(used, _)| used != number))
-                .collect(),
+            rejected: unused(reports, used),
             inflation,
             velocity_contradicted,
             jumped: false,
+            places: None,
             route,
             repeats,
             path,
@@ -291,6 +297,33 @@ impl<'a> Estimator<'a> {
                 steady_turn.map_or_else(|| forgetting_length(&exact.points, tuned), |turn| turn.length()),
             ),
             track: exact.points,
+            states: Vec::new(),
+        }
+    }
+
+    /// The estimate from `reports` of which some are ranges, without a path.
+    fn ranged(&self, reports: &[Report], infers: bool) -> Estimate {
+        let (tuned, due) = (self.tuned, self.due);
+        let numbered = self.without_repeated(&self.numbered(reports));
+        let newest = numbered.last().map_or(self.now, |(_, report)| report.t_s);
+        let found = Ranged::new(&numbered, tuned, due);
+        let (mean, covariance) = found.cloud.moments();
+        let velocity = mean.fixed_rows::<2>(2).into_owned();
+        let filtered = Kalman::new(newest, &mean.xy(), &velocity, &covariance);
+        let through_water = (velocity - self.current).norm();
+        Estimate {
+            state: AuvState { depth_m: found.depth, ..self.state(&filtered, &found.used) },
+            rejected: unused(reports, &found.used),
+            inflation: found.inflation,
+            velocity_contradicted: false,
+            jumped: false,
+            places: found.places(tuned),
+            route: None,
+            repeats: None,
+            path: None,
+            dive: infers.then(|| sawtooth(&found.used, through_water, tuned)).flatten(),
+            forgets_after: Some(tuned.forgets_after),
+            track: Vec::new(),
             states: Vec::new(),
         }
     }
@@ -337,8 +370,11 @@ impl<'a> Estimator<'a> {
     /// Keeps the last of repeated messages, [`in_order`]: they are no second measurement.
     fn without_repeated(&self, numbered: &[(usize, Report)]) -> Vec<(usize, Report)> {
         let again = |first: &Report, later: &Report| {
+            let longer = later.range_m.unwrap_or_default() - first.range_m.unwrap_or_default();
             first.t_s == later.t_s
+                && first.range_m.is_some() == later.range_m.is_some()
                 && (first.position() - later.position()).norm() <= self.tuned.repeated_within
+                && longer.abs() <= self.tuned.repeated_within
         };
         let is_last = |place: usize, report: &Report| {
             let later = numbered[place + 1..].iter();
@@ -448,6 +484,7 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
         [
             report.t_s,
             report.sigma_m,
+            or_none(report.range_m),
             or_none(report.depth_m),
             or_none(report.ground_track().map(|track| track.speed)),
             or_none(report.turn_rate_radps),
@@ -458,6 +495,11 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     };
     let pairs = numbers(a).into_iter().zip(numbers(b));
     pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+}
+
+/// Indices of the `reports` that are not among the `used` ones.
+fn unused(reports: &[Report], used: &[(usize, Report)]) -> Vec<usize> {
+    (0..reports.len()).filter(|number| used.iter().all(|(used, _)| used != number)).collect()
 }
 
 /// Time and rate of turn between the two newest courses, if neither report has a rate.

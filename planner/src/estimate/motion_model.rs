@@ -42,6 +42,18 @@ pub(crate) struct Transition {
     pub(crate) q: Matrix4<f64>,
 }
 
+/// Moments of a motion along either axis over an interval.
+pub(crate) struct Moments {
+    /// Distance per velocity, s.
+    pub(crate) travelled: Complex<f64>,
+    /// Kept share of the velocity.
+    pub(crate) kept: Complex<f64>,
+    /// Variances of the position, m², and of the velocity, m²/s².
+    pub(crate) variances: [f64; 2],
+    /// Their covariance, m²/s.
+    pub(crate) correlation: Complex<f64>,
+}
+
 impl MotionModel {
     /// Straight motion at a speed, m/s.
     pub(crate) fn straight(speed: f64, tuned: &EstimateNumbers) -> Self {
@@ -55,10 +67,19 @@ impl MotionModel {
 
     /// The transition over `t` seconds.
     pub(crate) fn over(&self, t: f64) -> Transition {
+        let Moments { travelled, kept, variances, correlation } = self.moments(t);
+        transition(travelled, kept, variances, correlation)
+    }
+
+    /// The same along one axis; without a turn rate the numbers are real.
+    pub(crate) fn moments(&self, t: f64) -> Moments {
         match *self {
-            Self::Straight { density: q } => {
-                transition(t.into(), 1.0.into(), [q * t.powi(3) / 3.0, q * t], (0.5 * q * t * t).into())
-            }
+            Self::Straight { density: q } => Moments {
+                travelled: t.into(),
+                kept: 1.0.into(),
+                variances: [q * t.powi(3) / 3.0, q * t],
+                correlation: (0.5 * q * t * t).into(),
+            },
             Self::Manoeuvre { forgetting, turn_rate, variance } => {
                 let a = Complex::new(forgetting, -turn_rate);
                 let q = 2.0 * variance * forgetting;
@@ -69,7 +90,7 @@ impl MotionModel {
                 // ∫ |(1 − exp(−a s)) / a|² ds; over a short time rounding dominates.
                 let spread = ((t - 2.0 * travelled.re + decay) / a.norm_sqr()).max(0.0);
                 let correlation = (travelled.conj() - decay) / a;
-                transition(travelled, kept, [q * spread, q * decay], correlation * q)
+                Moments { travelled, kept, variances: [q * spread, q * decay], correlation: correlation * q }
             }
         }
     }

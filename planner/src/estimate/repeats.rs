@@ -347,7 +347,8 @@ fn before(remembered: &[TrackPoint], first: &Report) -> Vec<TrackPoint> {
     let newest = &remembered[remembered.len().saturating_sub(TRACK_POINTS_MAX)..];
     let is_silent = newest.last().is_none_or(|last| SILENCE_MAX < first.t_s - last[0]);
     let earlier = newest.iter().copied().take_while(|point| point[0] < first.t_s);
-    let mut points: Vec<_> = earlier.chain([[first.t_s, first.north_m, first.east_m]]).collect();
+    let begin = [first.t_s, first.position().x, first.position().y];
+    let mut points: Vec<_> = earlier.chain([begin]).collect();
     let is_one_track = points.windows(2).all(|pair| {
         let elapsed = pair[1][0] - pair[0][0];
         let moved = (place(&pair[1]) - place(&pair[0])).norm();

@@ -121,7 +121,7 @@ fn tracked(report: &Report, course: f64, speed: f64) -> Report {
 /// The report from another position.
 fn placed(report: &Report, position: Vector2<f64>) -> Report {
     let mut placed = *report;
-    [placed.north_m, placed.east_m] = position.into();
+    placed.move_position(|_| position);
     placed
 }
 
@@ -237,8 +237,11 @@ fn a_repeated_report_counts_once() {
 fn one_message_over_two_links_counts_once() {
     let (reports, ..) = flight(3, 8, Vector2::new(0.2, 0.1));
     // The second link rounds the position, omits the depth and claims less.
-    let other =
-        |report: &Report| Report { north_m: report.north_m + 0.04, depth_m: None, sigma_m: 1.0, ..*report };
+    let other = |report: &Report| Report {
+        depth_m: None,
+        sigma_m: 1.0,
+        ..placed(report, report.position() + Vector2::new(0.04, 0.0))
+    };
     let twice: Vec<_> = reports.iter().copied().chain(reports.iter().map(other)).collect();
     let (once, twice) = (estimate(&reports, 580.0), estimate(&twice, 580.0));
     assert_eq!(once.state, twice.state);

@@ -54,7 +54,7 @@ pub struct Asc {
 
 /// `true` for metres that the service computes from degrees.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
-pub(super) fn is_left_out(metres: &f64) -> bool {
+fn is_left_out(metres: &f64) -> bool {
     metres.is_nan()
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{Matrix4, Vector2};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::facts::{angle::Course, asc::is_left_out};
+use crate::facts::angle::Course;
 
 /// An AUV slower than this over ground is at rest, m/s. A quarter of known vehicles' slowest speed
 /// (0.193 m/s); below it the course is noise.
@@ -93,27 +93,35 @@ impl AuvState {
     }
 }
 
-/// A measured position of an underwater vehicle, with the telemetry sent with it.
+/// A measured position of an underwater vehicle, or a range to it, with the telemetry sent with it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
     /// Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as
     /// now. If all reports are older than an hour, only the newest counts.
     pub t_s: f64,
-    /// Position north of the datum, m.
-    #[serde(skip_serializing_if = "is_left_out")]
-    pub north_m: f64,
-    /// Position east of the datum, m.
-    #[serde(skip_serializing_if = "is_left_out")]
-    pub east_m: f64,
+    /// Position north of the datum, m. Required unless `range_m` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub north_m: Option<f64>,
+    /// Position east of the datum, m. Required unless `range_m` is given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub east_m: Option<f64>,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
-    /// Standard deviation of the position along either axis, m, from 0.001 to 100,000. The
-    /// estimator raises it if the fixes scatter more.
+    /// Measured slant range, m, from 0.1 to 20,000, instead of a position. Multipath makes it longer,
+    /// never shorter.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub range_m: Option<f64>,
+    /// Position [north, east] of the surface craft when it measured the range, m. Default: where it was
+    /// at `t_s`: in a request for ranges of the last 2 s, in a mission by its reported states within 2 s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<[f64; 2]>,
+    /// Standard deviation of the position along either axis, or of the range with the error of `from`, m,
+    /// from 0.001 to 100,000. The estimator raises it if the measurements scatter more.
     pub sigma_m: f64,
     /// Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -136,10 +144,12 @@ impl Report {
     pub fn new(t_s: f64, position: Vector2<f64>, sigma_m: f64) -> Self {
         Self {
             t_s,
-            north_m: position.x,
-            east_m: position.y,
+            north_m: Some(position.x),
+            east_m: Some(position.y),
             lat_deg: None,
             lon_deg: None,
+            range_m: None,
+            from: None,
             sigma_m,
             depth_m: None,
             course_rad: None,
@@ -158,9 +168,25 @@ impl Report {
         }
     }
 
-    /// Measured position (north, east), m.
+    /// A range from a place (north, east), m, at time `t_s` with standard deviation `sigma_m`.
+    pub fn ranged(t_s: f64, range_m: f64, from: Option<Vector2<f64>>, sigma_m: f64) -> Self {
+        let fix = Self::new(t_s, Vector2::zeros(), sigma_m);
+        Self { north_m: None, east_m: None, range_m: Some(range_m), from: from.map(Into::into), ..fix }
+    }
+
+    /// Measured position (north, east), m; of a range the place from which it was measured.
     pub fn position(&self) -> Vector2<f64> {
-        Vector2::new(self.north_m, self.east_m)
+        let fix = || [self.north_m.unwrap_or_default(), self.east_m.unwrap_or_default()];
+        self.from.unwrap_or_else(fix).into()
+    }
+
+    /// Moves its position, or the place from which its range was measured.
+    pub fn move_position(&mut self, moved: impl Fn(&Vector2<f64>) -> Vector2<f64>) {
+        if let (Some(north), Some(east)) = (&mut self.north_m, &mut self.east_m) {
+            let position = moved(&Vector2::new(*north, *east));
+            (*north, *east) = (position.x, position.y);
+        }
+        self.from = self.from.map(|from| moved(&from.into()).into());
     }
 
     /// Telemetered course and speed.

@@ -41,6 +41,12 @@ pub const REPORT_SIGMA_MIN: f64 = 0.001;
 /// Largest standard deviation of a reported position, m; a larger one carries no information.
 pub const REPORT_SIGMA_MAX: f64 = 1.0e5;
 
+/// A measured slant range, m: from a modem at the hull to the largest range of a modem.
+pub(crate) const REPORT_RANGE: RangeInclusive<f64> = 0.1..=2.0e4;
+
+/// Largest time between a range and a known position of the craft, s.
+pub const RANGE_FROM_WITHIN: f64 = 2.0;
+
 /// Most discs to keep out of.
 pub const KEEP_OUTS_MAX: usize = 32;
 
@@ -116,9 +122,13 @@ pub(crate) const AUV_STATE: [Range; 7] = [
 /// An element of a covariance, in m², m²/s or m²/s².
 pub const COVARIANCE: RangeInclusive<f64> = -1.0e10..=1.0e10;
 
-/// A report.
-pub(crate) const REPORT: [Range; 3] =
-    [("north_m", COORDINATE), ("east_m", COORDINATE), ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX)];
+/// A report, whose position or range is given.
+pub(crate) const REPORT: [Range; 4] = [
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("range_m", REPORT_RANGE),
+    ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
+];
 
 /// Telemetry of a vehicle.
 pub(crate) const TELEMETRY: [Range; 4] =

@@ -20,7 +20,7 @@ use crate::facts::known_path::KnownPath;
 use crate::facts::reference::Reference;
 use crate::snapshot::check::InvalidRequest;
 use crate::snapshot::request::{PlanRequest, REMEMBERED_AGE_MAX};
-use crate::tuned::Tuned;
+use crate::tuned::{EstimateNumbers, Tuned};
 
 /// Weight of the sway from the yaw rate, against the measured one, at the start of a plan.
 const DRIFT_SHARE: f64 = 0.8;
@@ -78,13 +78,15 @@ impl Snapshot {
         due: &dyn Fn() -> bool,
     ) -> Result<Self, InvalidRequest> {
         let paths = request.known_paths()?;
+        request.place_ranges();
         let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
         request.area = clockwise(&corners).into_iter().map(Into::into).collect();
         let (limits, craft) = (request.limits(), request.craft());
         let craft_prior = Prior::new(&craft, &tuned.craft);
         (request.limits, request.craft) = (Some(limits.into()), Some(craft));
         let current = request.current();
-        let estimator = Estimator { now: request.t_s, current, tuned: &tuned.estimate, due };
+        let numbers = shared_particles(&request, &tuned.estimate);
+        let estimator = Estimator { now: request.t_s, current, tuned: &numbers, due };
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
             let (track, states) = request.remembered_track(&auv.id);
             // A state shows a turn sooner and better than a pattern foretells it. Only visits look
@@ -216,6 +218,14 @@ impl Snapshot {
             estimate,
         })
     }
+}
+
+/// The numbers for `request`, in which all AUVs with ranges share the particles.
+fn shared_particles(request: &PlanRequest, tuned: &EstimateNumbers) -> EstimateNumbers {
+    let has_range = |auv: &&Auv| auv.reports.iter().flatten().any(|report| report.range_m.is_some());
+    let sharing = request.auvs.iter().filter(has_range).count().max(1);
+    let most = (tuned.particles_most / sharing as f64).max(tuned.particles_least);
+    EstimateNumbers { particles_most: most, ..*tuned }
 }
 
 /// An AUV, its declared or repeated path, and its estimate.

@@ -260,6 +260,17 @@ impl PlanRequest {
         ((self.forecast == Forecast::Auto).then_some(track), states)
     }
 
+    /// Says of each recent range without `from` where the craft was then.
+    pub(crate) fn place_ranges(&mut self) {
+        let water = || self.asc.water_velocity() + self.current();
+        let velocity = self.asc.ground_velocity().unwrap_or_else(water);
+        let (now, position) = (self.t_s, self.asc.position());
+        let reports = self.auvs.iter_mut().filter_map(|auv| auv.reports.as_mut()).flatten();
+        for report in reports.filter(|report| report.range_m.is_some() && report.from.is_none()) {
+            report.from = Some((position + velocity * (report.t_s.min(now) - now)).into());
+        }
+    }
+
     /// The AUV `id`.
     pub fn auv(&self, id: &VehicleId) -> Option<&Auv> {
         self.auvs.iter().find(|auv| auv.id == *id)

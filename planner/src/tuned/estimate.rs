@@ -61,6 +61,24 @@ numbers! {
         /// Largest distance of two simultaneous fixes that are one message over two links, m.
         repeated_within = 0.1,
 
+        /// Standard deviation of the velocity along either axis of a vehicle of which only ranges are
+        /// known, m/s.
+        range_speed_sigma = 1.0,
+        /// Share of ranges that went a longer way, and of fixes that are outliers beside ranges.
+        multipath_share = 0.05,
+        /// Mean length of a longer way beyond the direct one, m.
+        multipath_length = 20.0,
+        /// Most particles of all vehicles with ranges together. Against 100,000 of a plain filter, errors
+        /// are 1.02 times as large; with 3000 1.09 times, and twice as many sure estimates are wrong.
+        particles_most = 10_000.0,
+        /// Fewest particles of a vehicle, when its place is known.
+        particles_least = 1000.0,
+        /// Spread of the positions from which on there are most particles, m.
+        particles_spread = 40.0,
+        /// Largest share of the variance that is left within two places that are told apart: 0.36 for
+        /// the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.
+        places_within = 0.2,
+
         /// Standard deviation of the position of a state without a covariance, m: of an acoustic fix.
         state_sigma = 1.5,
 

@@ -84,7 +84,8 @@ columns! {
     yaw_rate_radps: Number, "rad/s", "Yaw rate, positive to starboard; in a `fix`, the rate of turn of the course";
     current_north_mps: Number, "m/s", "Current northward at the vehicle";
     current_east_mps: Number, "m/s", "Current eastward at the vehicle";
-    sigma_m: Number, "m", "Standard deviation of the position along each axis";
+    sigma_m: Number, "m", "Standard deviation of the position along each axis, or of a range";
+    range_m: Number, "m", "Slant range, measured from the position";
     age_s: Number, "s", "Age of what is `known` of an AUV, by the surface craft's clock, or of the newest fix behind what is `estimated`";
     clock_s: Number, "s", "Reading of the surface craft's own clock";
     thrust_port_n: Number, "N", "Port thrust";

@@ -362,6 +362,9 @@ class Estimate(TypedDict):
     north_m: float
     # Northward velocity over ground at that time, m/s.
     north_mps: float
+    # The two places at one of which it is, the likelier first, if its ranges do not tell which; the position above is
+    # then their mean.
+    places: NotRequired[list[Place]]
     # Root-mean-square error of the position now, m. Absent without `covariance`.
     position_sigma_m: NotRequired[float | None]
     # Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
@@ -999,6 +1002,21 @@ class PathOfFile(TypedDict):
 Pattern: TypeAlias = Literal["lanes", "laps", "other"]
 
 
+class Place(TypedDict):
+    """A place at which an underwater vehicle may be."""
+
+    # Position east of the datum, m.
+    east_m: float
+    # Latitude, degrees, positive north, if the request has an `origin`.
+    lat_deg: NotRequired[float | None]
+    # Longitude, degrees, positive east, if the request has an `origin`.
+    lon_deg: NotRequired[float | None]
+    # Position north of the datum, m.
+    north_m: float
+    # Its probability.
+    probability: float
+
+
 class PlanRequest(TypedDict):
     """The facts of one moment, and the goal of the surface craft."""
 
@@ -1460,35 +1478,43 @@ class RepeatedTrack(TypedDict):
     times: float
 
 
-class Report(TypedDict):
-    """A measured position of an underwater vehicle, with the telemetry sent with it."""
-
-    # Instead of `course_rad`: the same in degrees. The service stores radians.
-    course_deg: NotRequired[float | None]
-    # Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
-    course_rad: NotRequired[float | None]
-    # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
-    depth_m: NotRequired[float | None]
-    # Position east of the datum, m.
-    east_m: NotRequired[float]
-    # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
-    lat_deg: NotRequired[float | None]
-    # Longitude, degrees, positive east.
-    lon_deg: NotRequired[float | None]
-    # Position north of the datum, m.
-    north_m: NotRequired[float]
-    # Standard deviation of the position along either axis, m, from 0.001 to 100,000. The estimator raises it if the
-    # fixes scatter more.
-    sigma_m: float
-    # Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes that contradict
-    # course and speed override them.
-    speed_mps: NotRequired[float | None]
-    # Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as now. If all
-    # reports are older than an hour, only the newest counts.
-    t_s: float
-    # Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60 s; without one,
-    # the courses of the two newest reports give the rate. Default: not reported.
-    turn_rate_radps: NotRequired[float | None]
+# A measured position of an underwater vehicle, or a range to it, with the telemetry sent with it.
+Report = TypedDict(
+    "Report",
+    {
+        # Instead of `course_rad`: the same in degrees. The service stores radians.
+        "course_deg": "NotRequired[float | None]",
+        # Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
+        "course_rad": "NotRequired[float | None]",
+        # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
+        "depth_m": "NotRequired[float | None]",
+        # Position east of the datum, m. Required unless `range_m` is given.
+        "east_m": "NotRequired[float | None]",
+        # Position [north, east] of the surface craft when it measured the range, m. Default: where it was at `t_s`: in
+        # a request for ranges of the last 2 s, in a mission by its reported states within 2 s.
+        "from": "NotRequired[list[float] | None | Origin]",
+        # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
+        "lat_deg": "NotRequired[float | None]",
+        # Longitude, degrees, positive east.
+        "lon_deg": "NotRequired[float | None]",
+        # Position north of the datum, m. Required unless `range_m` is given.
+        "north_m": "NotRequired[float | None]",
+        # Measured slant range, m, from 0.1 to 20,000, instead of a position. Multipath makes it longer, never shorter.
+        "range_m": "NotRequired[float | None]",
+        # Standard deviation of the position along either axis, or of the range with the error of `from`, m, from 0.001
+        # to 100,000. The estimator raises it if the measurements scatter more.
+        "sigma_m": "float",
+        # Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes that contradict
+        # course and speed override them.
+        "speed_mps": "NotRequired[float | None]",
+        # Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as now. If all
+        # reports are older than an hour, only the newest counts.
+        "t_s": "float",
+        # Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60 s; without one,
+        # the courses of the two newest reports give the rate. Default: not reported.
+        "turn_rate_radps": "NotRequired[float | None]",
+    },
+)
 
 
 class Reports(TypedDict):
@@ -1496,7 +1522,7 @@ class Reports(TypedDict):
 
     # States of the surface craft, at most 64. The newest counts.
     asc: NotRequired[list[AscReport]]
-    # Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
+    # Fixes and ranges, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     auvs: NotRequired[dict[str, list[Report]]]
     # Events aboard for the mission's log, at most 64. No plan depends on them.
     notes: NotRequired[list[Note]]

@@ -298,7 +298,13 @@ impl Missions {
         match (reports, &key) {
             (Ok(reports), _) => {
                 let report = Command::Report(Box::new(reports), origin);
-                self.send(id, report, key, IfMatch::default(), None).await
+                match (self.send(id, report, key.clone(), IfMatch::default(), None).await, &key) {
+                    // A repeated range may have been from a known place when it was first sent.
+                    (Err(problem @ Problem::Invalid(_)), Some(key)) => {
+                        key.answered(&self.store, id).await?.ok_or(problem)
+                    }
+                    (answer, _) => answer,
+                }
             }
             // A repeated request may have been valid when it was first sent, and too old now.
             (Err(problem), Some(key)) => key.answered(&self.store, id).await?.ok_or(problem),

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, mem};
 
 use planner::angle::Heading;
 use planner::nalgebra::Vector2;
-use planner::snapshot::{COORDINATE_MAX, REPORTS_MAX, Snapshot};
+use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, pointer_token};
 use serde::{Deserialize, Serialize};
 
 use super::{clock::MissionClock, event::Event};
@@ -32,6 +32,9 @@ pub(super) struct MissionState {
     /// The newest reports of each vehicle, in order of time.
     reports: BTreeMap<String, Vec<Report>>,
     asc: Option<AscReport>,
+    /// The newest positions of the surface craft: time, s, north and east, m. Ranges are from there.
+    #[serde(default)]
+    craft_track: Vec<[f64; 3]>,
     /// The last report of whether the craft is steered. No plan depends on it.
     #[serde(default)]
     steering: Option<Steering>,
@@ -40,7 +43,8 @@ pub(super) struct MissionState {
 
 impl MissionState {
     pub(super) fn new(config: Live) -> Self {
-        Self { config, reports: BTreeMap::new(), asc: None, steering: None, previous_plan: None }
+        let craft_track = Vec::new();
+        Self { config, reports: BTreeMap::new(), asc: None, craft_track, steering: None, previous_plan: None }
     }
 
     /// Applies an event. Only reports and changes of the setting change the state.
@@ -122,9 +126,12 @@ impl MissionState {
         let is_near = |north: f64, east: f64| north.abs().max(east.abs()) <= COORDINATE_MAX;
         for fixes in self.reports.values_mut() {
             for fix in fixes.iter_mut() {
-                change.position(&mut fix.north_m, &mut fix.east_m);
+                fix.move_position(|position| change.moved(position));
             }
-            fixes.retain(|fix| is_near(fix.north_m, fix.east_m));
+            fixes.retain(|fix| is_near(fix.position().x, fix.position().y));
+        }
+        for [_, north, east] in &mut self.craft_track {
+            change.position(north, east);
         }
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
@@ -145,6 +152,8 @@ impl MissionState {
         }
         self.asc.take_if(|asc| is_ahead(asc.t_s, now));
         self.config.origin = self.config.origin.or(heard.origin);
+        self.craft_track = self.craft_track_with(heard);
+        self.craft_track.retain(|[then, ..]| !is_ahead(*then, now));
         for (id, fixes) in &heard.auvs {
             let kept = self.reports.entry(id.clone()).or_default();
             for fix in fixes {
@@ -167,6 +176,40 @@ impl MissionState {
         self.steering.take_if(|said| is_ahead(said.t_s, now));
         let said = self.steering.iter().chain(&heard.steering);
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
+    }
+
+    /// The craft's newest positions with those in `heard`, in order of time.
+    fn craft_track_with(&self, heard: &Reports) -> Vec<[f64; 3]> {
+        let states = heard.asc.iter().map(|asc| [asc.t_s, asc.state.north_m, asc.state.east_m]);
+        let mut track: Vec<_> = self.craft_track.iter().copied().chain(states).collect();
+        track.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        track.dedup_by(|later, earlier| later[0] == earlier[0]);
+        track.drain(..track.len().saturating_sub(REPORTS_MAX));
+        track
+    }
+
+    /// Says of each range without `from` where the craft was then, and rejects those of times of
+    /// which no state of the craft within 2 s is known.
+    pub(super) fn place_ranges(&self, heard: &mut Reports) {
+        let track = self.craft_track_with(heard);
+        for (id, fixes) in &mut heard.auvs {
+            fixes.retain_mut(|fix| {
+                if fix.range_m.is_some() && fix.from.is_none() {
+                    fix.from = position_at(&track, fix.t_s);
+                }
+                let is_placed = fix.range_m.is_none() || fix.from.is_some();
+                if !is_placed {
+                    let detail = format!(
+                        "no state of the surface craft within {RANGE_FROM_WITHIN} s of the range at {:.1} s is known: post `asc` before, or say `from` \
+                         where it was measured",
+                        fix.t_s
+                    );
+                    heard.rejected.push(FieldError::new(format!("/auvs/{}", pointer_token(id)), "missing", detail));
+                }
+                is_placed
+            });
+        }
+        heard.auvs.retain(|_, fixes| !fixes.is_empty());
     }
 
     pub(super) fn steering(&self) -> Option<&Steering> {
@@ -259,6 +302,22 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
     if let Some(craft) = &mut plan.craft_estimate {
         craft.asked_speed_mps = asc.speed_mps.max(0.0);
         craft.asked_heading_rad = asc.heading_rad;
+    }
+}
+
+/// The position (north, east), m, on a `track` at `time`, s: between the neighbours, or the only one
+/// that is near enough.
+fn position_at(track: &[[f64; 3]], time: f64) -> Option<[f64; 2]> {
+    let after = track.partition_point(|[then, ..]| *then < time);
+    let is_near = |[then, ..]: &&[f64; 3]| (then - time).abs() <= RANGE_FROM_WITHIN;
+    let before = after.checked_sub(1).and_then(|place| track.get(place)).filter(is_near);
+    match (before, track.get(after).filter(is_near)) {
+        (Some([from, north, east]), Some([to, later_north, later_east])) => {
+            let share = (time - from) / (to - from);
+            Some([north + share * (later_north - north), east + share * (later_east - east)])
+        }
+        (Some([_, north, east]), None) | (None, Some([_, north, east])) => Some([*north, *east]),
+        (None, None) => None,
     }
 }
 
@@ -392,7 +451,7 @@ mod tests {
         let request = state.request(1.0).expect("all are heard again");
         assert_eq!(request.asc.north_m, 3.0);
         let fixes = request.auvs[0].reports.as_ref().expect("are there");
-        assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [3.0]);
+        assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [Some(3.0)]);
     }
 
     /// A state with reports of 10 s and a plan of 9 s, and the same after a change.

@@ -135,6 +135,8 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Power.linear_w_per_mps", default(0.0)),
         ("PreviousPlan.targets", list(0, AUVS_MAX)),
         ("PreviousPlan.trajectory", list(0, TRAJECTORY_POINTS_MAX)),
+        ("Report.from", list(2, 2)),
+        ("Report.from/items", between(COORDINATE)),
         ("Reports.asc", at_most(REPORTS_MAX)),
         ("Reports.auvs", json!({ "maxProperties": AUVS_MAX })),
         ("Reports.notes", at_most(REPORTS_MAX)),

@@ -126,8 +126,21 @@ pub(super) fn write(document: &mut Value) {
             required.retain(|name| name != "north_m" && name != "east_m");
         }
         // Stored bodies may have both.
-        let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]];
-        add_rule(schema, json!({ "anyOf": pairs.map(|pair| json!({ "required": pair })) }));
+        let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]].map(|pair| json!({ "required": pair }));
+        if shape == "Report" {
+            let none = |names: &[&str]| {
+                Value::from_iter(names.iter().map(|name| ((*name).to_owned(), json!({ "type": "null" }))))
+            };
+            let mut range = none(&["north_m", "east_m", "lat_deg", "lon_deg"]);
+            range["range_m"] = json!({ "type": "number" });
+            let position = json!({ "properties": none(&["range_m", "from"]), "anyOf": pairs });
+            add_rule(
+                schema,
+                json!({ "oneOf": [{ "required": ["range_m"], "properties": range }, position] }),
+            );
+            continue;
+        }
+        add_rule(schema, json!({ "anyOf": pairs }));
     }
     for shape in POSITIONS.iter().chain(&["Origin"]) {
         for (name, most) in [("lat_deg", LATITUDE_MAX_DEG), ("lon_deg", LONGITUDE_MAX_DEG)] {
@@ -140,7 +153,8 @@ pub(super) fn write(document: &mut Value) {
 }
 
 /// Points, which may be positions on Earth.
-const POINTS: [&str; 7] = [
+const POINTS: [&str; 8] = [
+    "Report.from",
     "PlanRequest.area/items",
     "Setting.area/items",
     "Live.area/items",

@@ -23,7 +23,7 @@ pub struct Reports {
     pub rejected: Vec<FieldError>,
     /// Unix time at which the surface craft received them, s. Default: that of the service.
     pub received_s: Option<f64>,
-    /// Fixes, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
+    /// Fixes and ranges, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub auvs: BTreeMap<String, Vec<Report>>,
     /// States of the surface craft, at most 64. The newest counts.
@@ -43,25 +43,24 @@ impl Reports {
         let Ok(datum) = Datum::new(&origin.into()) else {
             return;
         };
-        let states = self.asc.iter_mut().map(|report| {
-            let at = &mut report.state;
-            (&at.north_m, &at.east_m, &mut at.lat_deg, &mut at.lon_deg)
-        });
-        let fixes = self.auvs.values_mut().flatten();
-        let fixes = fixes.map(|at| (&at.north_m, &at.east_m, &mut at.lat_deg, &mut at.lon_deg));
-        for (north, east, lat_deg, lon_deg) in states.chain(fixes) {
-            if lat_deg.is_none() {
-                let place = Origin::from(datum.from_local(&Vector2::new(*north, *east)));
-                (*lat_deg, *lon_deg) = (Some(place.lat_deg), Some(place.lon_deg));
+        let place = |north, east| Origin::from(datum.from_local(&Vector2::new(north, east)));
+        let degrees = |place: Origin| (Some(place.lat_deg), Some(place.lon_deg));
+        for at in self.asc.iter_mut().map(|report| &mut report.state).filter(|at| at.lat_deg.is_none()) {
+            (at.lat_deg, at.lon_deg) = degrees(place(at.north_m, at.east_m));
+        }
+        for fix in self.auvs.values_mut().flatten().filter(|fix| fix.lat_deg.is_none()) {
+            if let (Some(north), Some(east)) = (fix.north_m, fix.east_m) {
+                (fix.lat_deg, fix.lon_deg) = degrees(place(north, east));
             }
         }
     }
 
     /// `true` if every position has its latitude.
     pub fn is_complete(&self) -> bool {
-        let fixes = self.auvs.values().flatten().map(|fix| fix.lat_deg);
-        let states = self.asc.iter().map(|report| report.state.lat_deg);
-        fixes.chain(states).all(|lat_deg| lat_deg.is_some())
+        let is_on_earth =
+            |fix: &Report| fix.lat_deg.is_some() || (fix.range_m.is_some() && fix.from.is_none());
+        self.auvs.values().flatten().all(is_on_earth)
+            && self.asc.iter().all(|report| report.state.lat_deg.is_some())
     }
 
     /// `true` if there is no report.

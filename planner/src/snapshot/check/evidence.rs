@@ -6,7 +6,9 @@ use serde_json::json;
 use crate::facts::auv::Auv;
 use crate::facts::evidence::{AuvState, Report};
 use crate::facts::field_error::FieldError;
-use crate::facts::ranges::{AUV_STATE, COVARIANCE, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY};
+use crate::facts::ranges::{
+    AUV_STATE, COVARIANCE, RANGE_FROM_WITHIN, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY,
+};
 use crate::snapshot::check::Check;
 
 /// Tolerance for a negative eigenvalue through rounding, relative to the largest element.
@@ -66,13 +68,54 @@ impl Check {
                 self.invalid.push(fault);
             }
         }
-        let values = [report.north_m, report.east_m, report.sigma_m];
-        self.numbers(field, &REPORT, values);
+        self.place(field, report, now);
+        let values = [report.north_m, report.east_m, report.range_m, Some(report.sigma_m)];
+        for ((name, range), value) in REPORT.iter().zip(values) {
+            if let Some(value) = value {
+                self.within(format_args!("{field}/{name}"), value, range);
+            }
+        }
         let telemetry = [report.depth_m, report.course_rad, report.speed_mps, report.turn_rate_radps];
         for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
             if let Some(value) = value {
                 self.within(format_args!("{field}/{name}"), value, range);
             }
+        }
+    }
+
+    /// A report has a position, or a range and the place from which it was measured.
+    fn place(&mut self, field: &str, report: &Report, now: f64) {
+        let position = [("north_m", report.north_m), ("east_m", report.east_m)];
+        for (name, value) in position {
+            match (report.range_m, value) {
+                (None, None) => {
+                    let detail = "a report has a position, or a `range_m`";
+                    self.fail(format_args!("{field}/{name}"), "missing", detail);
+                }
+                (Some(_), Some(_)) => {
+                    let detail = "a range has no position: the place from which it was measured is `from`";
+                    self.fail(format_args!("{field}/{name}"), "unexpected", detail);
+                }
+                (Some(_), None) | (None, Some(_)) => {}
+            }
+        }
+        match (report.range_m, report.from) {
+            (Some(_), Some(from)) => {
+                for (axis, along) in from.into_iter().enumerate() {
+                    self.within(format_args!("{field}/from/{axis}"), along, &REPORT[axis].1);
+                }
+            }
+            (Some(_), None) if (now - report.t_s).abs() <= RANGE_FROM_WITHIN => {}
+            (Some(_), None) => {
+                let detail = format!(
+                    "say from where the range was measured: where the craft was more than {RANGE_FROM_WITHIN} s from now is not known"
+                );
+                self.fail(format_args!("{field}/from"), "missing", &detail);
+            }
+            (None, Some(_)) => {
+                self.fail(format_args!("{field}/range_m"), "missing", "`from` belongs to a `range_m`");
+            }
+            (None, None) => {}
         }
     }
 

@@ -84,8 +84,12 @@ impl Actor for Live {
             {
                 return Err(Problem::Behind);
             }
-            Command::Report(heard, _) => {
+            Command::Report(mut heard, _) => {
                 self.check_origin(&heard)?;
+                self.state.place_ranges(&mut heard);
+                if heard.is_empty() {
+                    return Err(Problem::Invalid(heard.rejected));
+                }
                 return self.append_and_apply(Event::Reported { at_s, heard }, key).await;
             }
             Command::Change(setting, _) => return self.change(at_s, setting, key).await,

@@ -136,12 +136,14 @@ fn asc_state<'a>(row: &Row<'a>, report: &AscReport) -> Row<'a> {
 }
 
 fn fix<'a>(row: &Row<'a>, id: &'a str, report: &Report) -> Row<'a> {
+    let [north_m, east_m] = report.position().into();
     Row {
-        kind: Some("fix"),
+        kind: Some(if report.range_m.is_some() { "range" } else { "fix" }),
         t_s: Some(report.t_s),
         vehicle: Some(id),
-        north_m: Some(report.north_m),
-        east_m: Some(report.east_m),
+        north_m: Some(north_m),
+        east_m: Some(east_m),
+        range_m: report.range_m,
         depth_m: report.depth_m,
         course_rad: report.course_rad,
         speed_mps: report.speed_mps,

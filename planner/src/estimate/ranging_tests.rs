@@ -1,0 +1,162 @@
+//! Estimates from ranges, on tracks of which the answer is known by geometry.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Vector2;
+
+use crate::{
+    estimate::{
+        from_reports::{Estimate, Estimator},
+        ranging::Places,
+    },
+    facts::{angle::ned_from_body, auv::Auv, evidence::Report},
+    tuned::EstimateNumbers,
+};
+
+const SIGMA: f64 = 1.5;
+const DEPTH: f64 = 20.0;
+
+fn estimate(reports: &[Report]) -> Estimate {
+    let now = reports.iter().map(|report| report.t_s).fold(f64::NEG_INFINITY, f64::max);
+    let tuned = &EstimateNumbers { particles_most: 3000.0, ..EstimateNumbers::DEFAULT };
+    let estimator = Estimator { now, current: Vector2::zeros(), tuned, due: &|| false };
+    estimator.estimate(&Auv::reported("a", reports.to_vec()), None, None, (None, &[]))
+}
+
+/// An AUV that goes east at 0.4 m/s, at time `t`, s.
+fn auv(t: f64) -> Vector2<f64> {
+    Vector2::new(60.0, 0.4 * t)
+}
+
+/// An error of standard deviation `sigma`, m: incommensurable waves.
+fn error(k: f64, sigma: f64) -> f64 {
+    sigma * ((1.7 * k).sin() + (2.9 * k + 1.0).sin())
+}
+
+/// Ranges to the AUV from a craft on a track, each 10 s.
+fn ranges(n: u32, craft: impl Fn(f64) -> Vector2<f64>) -> Vec<Report> {
+    let ranged = |k: u32| {
+        let (t, from) = (10.0 * f64::from(k), craft(10.0 * f64::from(k)));
+        let range = (auv(t) - from).norm().hypot(DEPTH) + error(f64::from(k), SIGMA);
+        Report { depth_m: Some(DEPTH), ..Report::ranged(t, range, Some(from), SIGMA) }
+    };
+    (0..n).map(ranged).collect()
+}
+
+/// A craft that circles the AUV at 30 m.
+fn circling(t: f64) -> Vector2<f64> {
+    let angle = TAU * t / 160.0;
+    auv(t) + Vector2::new(angle.cos(), angle.sin()) * 30.0
+}
+
+/// A craft that goes east beside the AUV, faster.
+fn passing(t: f64) -> Vector2<f64> {
+    Vector2::new(20.0, t - 150.0)
+}
+
+fn off(estimate: &Estimate, t: f64) -> f64 {
+    (estimate.state.position() - auv(t)).norm()
+}
+
+#[test]
+fn ranges_from_a_circle_fix_an_auv_of_which_nothing_was_known() {
+    let reports = ranges(30, circling);
+    let found = estimate(&reports);
+    assert!(off(&found, 290.0) < 4.0, "{}", off(&found, 290.0));
+    assert!((found.state.velocity() - Vector2::new(0.0, 0.4)).norm() < 0.1);
+    assert_eq!((found.places, found.inflation, found.state.depth_m), (None, 0.0, DEPTH));
+}
+
+#[test]
+fn one_range_leaves_a_ring_about_the_craft() {
+    let found = estimate(&ranges(1, circling));
+    let covariance = found.state.covariance().expect("is from reports");
+    // A ring of radius R has the variance R²/2 along either axis.
+    let expected = 0.5 * (30.0_f64.hypot(DEPTH) + error(0.0, SIGMA)).powi(2) - 0.5 * DEPTH * DEPTH;
+    assert!((found.state.position() - circling(0.0)).norm() < 2.0);
+    for axis in 0..2 {
+        assert!((covariance[(axis, axis)] / expected - 1.0).abs() < 0.1, "{covariance}");
+    }
+}
+
+#[test]
+fn a_craft_on_a_straight_line_cannot_tell_on_which_side_the_auv_is() {
+    let found = estimate(&ranges(30, passing));
+    let Places { likelier, other, probability } = found.places.expect("are two");
+    let mirrored = |position: Vector2<f64>| Vector2::new(40.0 - position.x, position.y);
+    let (truth, image) = (auv(290.0), mirrored(auv(290.0)));
+    let [near, far] = if likelier.x > 20.0 { [likelier, other] } else { [other, likelier] };
+    // The mean of an arc is within it.
+    assert!((near - truth).norm() < 20.0 && (far - image).norm() < 20.0, "{near} {far}");
+    assert!((0.5..0.8).contains(&probability), "{probability}");
+    // A fix of poor accuracy tells the sides apart.
+    let mut told = ranges(30, passing);
+    told.push(Report::new(290.0, truth + Vector2::new(8.0, -6.0), 10.0));
+    let told = estimate(&told);
+    assert!(told.places.is_none() && off(&told, 290.0) < 8.0, "{}", off(&told, 290.0));
+}
+
+#[test]
+fn ranges_that_went_a_longer_way_are_refused() {
+    let mut reports = ranges(30, circling);
+    let direct = estimate(&reports);
+    for k in [7, 15, 22, 28] {
+        reports[k].range_m = reports[k].range_m.map(|range| range + 25.0);
+    }
+    let found = estimate(&reports);
+    assert_eq!(found.rejected, [7, 15, 22, 28]);
+    assert!(off(&found, 290.0) < off(&direct, 290.0) + 2.0);
+}
+
+#[test]
+fn too_small_claims_are_widened() {
+    let mut reports = ranges(40, circling);
+    for (report, k) in reports.iter_mut().zip(0..) {
+        report.range_m = report.range_m.map(|range| range + error(f64::from(k) + 0.5, 5.0));
+        report.sigma_m = 0.3;
+    }
+    let found = estimate(&reports);
+    assert!((1.0..20.0).contains(&found.inflation), "{}", found.inflation);
+    let sigma = found.state.position_sigma().expect("is from reports");
+    assert!(off(&found, 390.0) < 4.0 * sigma, "{} {sigma}", off(&found, 390.0));
+}
+
+#[test]
+fn the_order_of_ranges_and_their_repetition_change_nothing() {
+    let reports = ranges(20, circling);
+    let once = estimate(&reports);
+    let reversed: Vec<_> = reports.iter().rev().copied().collect();
+    assert_eq!(estimate(&reversed).state, once.state);
+    let twice = estimate(&[&reports[..], &reports[..]].concat());
+    assert_eq!(twice.state, once.state);
+    assert_eq!(twice.rejected, (0..20).collect::<Vec<_>>());
+}
+
+#[test]
+fn turned_ranges_turn_the_estimate() {
+    let reports = ranges(30, circling);
+    let turn = ned_from_body(1.0);
+    let turned: Vec<_> = reports
+        .iter()
+        .map(|report| {
+            let mut turned = *report;
+            turned.move_position(|position| turn * position);
+            turned
+        })
+        .collect();
+    let (here, there) = (estimate(&reports), estimate(&turned));
+    // But for the sampling, of a tenth of the standard deviation.
+    let sigma = here.state.position_sigma().expect("is from reports");
+    assert!((turn * here.state.position() - there.state.position()).norm() < 0.3 * sigma);
+}
+
+#[test]
+fn telemetry_and_an_unknown_depth_are_used() {
+    let mut reports = ranges(30, circling);
+    for report in &mut reports {
+        (report.course_rad, report.speed_mps, report.depth_m) = (Some(TAU / 4.0), Some(0.4), None);
+    }
+    let found = estimate(&reports);
+    assert!(off(&found, 290.0) < 6.0, "{}", off(&found, 290.0));
+    assert!((found.state.depth_m - DEPTH).abs() < 8.0, "{}", found.state.depth_m);
+}
