@@ -1,11 +1,14 @@
 //! A mission: observe, ask the guide, follow its reference for a second, repeat.
 
 use nalgebra::Vector2;
-use planner::{angle::wrap, snapshot::Snapshot};
+use planner::{angle::wrap, goal::GoalForecast, snapshot::Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
-    record::{AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, Record, Row, SurfaceCraftRow},
+    observe::Messages,
+    record::{
+        AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, NavigationRow, Record, Row, SurfaceCraftRow,
+    },
     scenario::{CurrentFile, Scenario, Start},
     visits::TrueCosts,
     world::{SurfaceCraft, World, auv::SimulatedAuv, inner_loop::PERIOD, plant::Plant},
@@ -118,6 +121,12 @@ impl Mission {
         Ok(Some(observer.observe(world, craft, PLAN_INTERVAL)?))
     }
 
+    /// `true` if the craft measures nothing but ranges to the AUVs, whose estimates are then judged.
+    fn is_ranged(&self) -> bool {
+        let observer = self.start.observer.as_ref();
+        observer.is_some_and(|observer| matches!(observer.briefing.messages, Messages::Ranges { .. }))
+    }
+
     /// Advances by a tick. The surface craft follows the guide's answer to [`Self::observe`].
     pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
         let world = &self.start.world;
@@ -150,6 +159,13 @@ impl Mission {
         if let Some(navigation) = &self.start.own_navigation {
             for (place, auv) in row.auvs.iter_mut().enumerate() {
                 auv.navigation = navigation.row(&self.start.world, place);
+            }
+        }
+        if let Some((snapshot, _)) = guided.filter(|_| self.is_ranged()) {
+            let forecast = GoalForecast::holding(snapshot, None);
+            for ((auv, truth), there) in row.auvs.iter_mut().zip(&world.auvs).zip(forecast.auvs()) {
+                let error = there.at(0.0).position - truth.position();
+                auv.navigation = NavigationRow::of(error, &there.position_covariance(0.0));
             }
         }
         let reference = row.surface_craft.as_ref().map(|craft| &craft.reference);

@@ -78,6 +78,11 @@ pub enum Messages {
     Reports,
     /// All, as reports without course, speed and rate of turn.
     Positions,
+    /// All, as ranges, with course, speed and rate of turn or without.
+    Ranges {
+        /// `true`: with them.
+        course_and_speed: bool,
+    },
 }
 
 /// The surface craft's sensors and modem, and their data so far.
@@ -110,7 +115,9 @@ struct Received {
 struct Message {
     sent_at: f64,
     telemetry: Telemetry,
-    /// σ of the position along either axis, m.
+    /// Slant range, m, and where the craft measured it.
+    range: (f64, Vector2<f64>),
+    /// σ of the position along either axis, or of the range, m.
     sigma: f64,
 }
 
@@ -134,9 +141,11 @@ impl Observer {
         };
         let launched = world.auvs.iter().map(|auv| {
             let mut messages = Vec::with_capacity(REPORTS_KEPT);
+            let craft = world.surface_craft.as_ref().map_or(Vector2::zeros(), SurfaceCraft::position);
             messages.push(Message {
                 sent_at: world.time(),
                 telemetry: telemetry_of(auv, world),
+                range: ((auv.position() - craft).norm().hypot(auv.depth()).max(LAUNCH_SIGMA), craft),
                 sigma: LAUNCH_SIGMA,
             });
             Received { messages }
@@ -168,6 +177,7 @@ impl Observer {
                     speed: reported_speed(fix.vehicle, fix.telemetry.speed, world, time),
                     ..fix.telemetry
                 },
+                range: (fix.range, fix.from + self.own_error),
                 sigma: fix.sigma.max(EXACT_SIGMA) * world.faults.accuracy_factor(fix.vehicle, time),
             };
             self.received[fix.vehicle].keep(message);
@@ -199,7 +209,7 @@ impl Observer {
             let known = if as_state {
                 Auv::new(auv.id.clone(), received.state(clock))
             } else {
-                Auv::reported(auv.id.clone(), received.reports(clock, briefing.messages == Messages::Reports))
+                Auv::reported(auv.id.clone(), received.reports(clock, briefing.messages))
             };
             let declares_none = auv.track.is_some() && Arc::ptr_eq(&auv.declared, &auv.path);
             if !briefing.paths || declares_none {
@@ -253,6 +263,7 @@ impl Observer {
                         speed: reported_speed(i, auv_telemetry.speed, world, time),
                         ..auv_telemetry
                     },
+                    range: (0.0, Vector2::zeros()),
                     sigma: EXACT_SIGMA,
                 });
             }
@@ -292,17 +303,22 @@ impl Received {
     }
 
     /// All messages as reports, at time `clock` of the surface craft.
-    fn reports(&self, clock: f64, course_and_speed: bool) -> Vec<Report> {
+    fn reports(&self, clock: f64, messages: Messages) -> Vec<Report> {
+        let course_and_speed =
+            matches!(messages, Messages::Reports | Messages::Ranges { course_and_speed: true });
+        let measured = |message: &Message| {
+            let (at, (range, from)) = (message.sent_at.min(clock), message.range);
+            let sigma = message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX);
+            match messages {
+                Messages::Ranges { .. } => Report::ranged(at, range, Some(from), sigma),
+                _ => Report::new(at, message.telemetry.position, sigma),
+            }
+        };
         let report =
             |message: &Message| Report {
                 depth_m: Some(message.telemetry.depth),
                 turn_rate_radps: course_and_speed.then_some(message.telemetry.turn_rate),
-                ..Report::new(
-                    message.sent_at.min(clock),
-                    message.telemetry.position,
-                    message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX),
-                )
-                .with_ground_track(course_and_speed.then_some(GroundTrack {
+                ..measured(message).with_ground_track(course_and_speed.then_some(GroundTrack {
                     course: message.telemetry.course,
                     speed: message.telemetry.speed,
                 }))

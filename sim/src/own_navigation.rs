@@ -149,12 +149,7 @@ impl OwnNavigation {
     /// The navigation of AUV number `auv`; none if it is not localised.
     pub(crate) fn row(&self, world: &World, auv: usize) -> Option<NavigationRow> {
         let (_, covariance) = self.members.iter().find(|(place, _)| *place == auv)?;
-        let error = world.auvs[auv].navigation_error;
-        Some(NavigationRow {
-            error: error.norm(),
-            sigma: covariance.trace().sqrt(),
-            nees: error.dot(&(covariance.try_inverse()? * error)),
-        })
+        NavigationRow::of(world.auvs[auv].navigation_error, covariance)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The record of a mission, one row a tick: truth, knowledge, references, results.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 use planner::{
     angle::Heading,
     los::Reference,
@@ -198,7 +198,7 @@ pub struct Service {
     pub late: bool,
 }
 
-/// The navigation of an AUV at one instant.
+/// The navigation of an AUV at one instant, or the craft's estimate of it where ranges are reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavigationRow {
     /// True error of its position estimate, m.
@@ -207,6 +207,17 @@ pub struct NavigationRow {
     pub sigma: f64,
     /// Squared error over its stated covariance; 2 on average of a consistent filter.
     pub nees: f64,
+}
+
+impl NavigationRow {
+    /// The row of an estimate with this error and stated covariance; none if that is singular.
+    pub(crate) fn of(error: Vector2<f64>, covariance: &Matrix2<f64>) -> Option<Self> {
+        Some(Self {
+            error: error.norm(),
+            sigma: covariance.trace().sqrt(),
+            nees: error.dot(&(covariance.try_inverse()? * error)),
+        })
+    }
 }
 
 /// References of an underwater vehicle.

@@ -65,6 +65,9 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "localise-three",
     "localise-square",
     "localise-anchored",
+    "localise-transponder",
+    "localise-beacon",
+    "localise-tag",
     "visit-near",
     "visit-far",
     "visit-five",
@@ -165,8 +168,9 @@ impl Scenario {
         // The planner's shapes have numbers without a range; the table of ranges is the planner's.
         let ranges = ranges_by_shape().chain(LIMITS_ALONE.map(|range| ("Limits", range)));
         for (shape, (member, range)) in ranges {
-            // The goal `visit` is a shape of its own here.
-            let shapes = [shape].into_iter().chain((shape == "Goal").then_some("Visits"));
+            // The goals `visit` and `localise` are shapes of their own here.
+            let own: &[&str] = if shape == "Goal" { &["Visits", "Localise"] } else { &[] };
+            let shapes = [shape].into_iter().chain(own.iter().copied());
             let number = schema_within(&range, unit_of(member));
             for shape in shapes {
                 for property in members(&mut schema, shape, member) {

@@ -1,6 +1,7 @@
 // Flies every scenario with a surface craft, seed 1, under the planner and, where the goal is the same for both, under the line-of-sight law that is
 // nearest of those that `pilotfish compare` tunes, and writes what the first page draws of them, with the gains of all laws:
 //   node gallery.mjs FILE          writes it
+//   node gallery.mjs FILE NAME...  flies these scenarios alone, and keeps the others
 //   node gallery.mjs --check FILE  says whether it is still what is flown
 
 import { execFileSync } from "node:child_process";
@@ -20,16 +21,20 @@ const DIFFERENCE_MAX = 0.05;
 /** A law that goes round the goal and not to it is no opponent. */
 const AROUND = "waypoint_box";
 
-const [check, file] = process.argv[2] === "--check" ? [true, process.argv[3]] : [false, process.argv[2]];
+const [check, file, ...only] = process.argv[2] === "--check" ? [true, process.argv[3]] : [false, ...process.argv.slice(2)];
 const service = await startService();
 try {
   const lines = execFileSync(PROGRAM, ["scenarios"], { encoding: "utf8" }).trim().split("\n");
   const listed = lines.map((line) => /^(\S+)\s+(.*)$/.exec(line).slice(1)).filter(([, title]) => !title.includes("no surface craft"));
-  const before = check ? JSON.parse(await readFile(file, "utf8")).scenarios : [];
+  const before = check || only.length ? JSON.parse(await readFile(file, "utf8")).scenarios : [];
   if (check && listed.map(([name]) => name).join() !== before.map(({ name }) => name).join()) throw new Error(`${file} has other scenarios: draw it again`);
   const scenarios = [];
   for (const [name, title] of listed) {
     const old = before.find((scenario) => scenario.name === name);
+    if (only.length && !only.includes(name)) {
+      scenarios.push(old);
+      continue;
+    }
     // Where the goal visits or localises, there is no distance to compare.
     if (check && VISITS.test(name)) continue;
     if (check && (!old.law || old.law === AROUND)) throw new Error(`${name}: no law that goes to the goal was tuned for it: .ci/page-test --draw`);

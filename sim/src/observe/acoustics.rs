@@ -23,6 +23,9 @@ pub use setup::AcousticsSetup;
 /// 46 (a frame of 1 s, 20 km at 1400 m/s, a latency of 30 s).
 const QUEUE_PER_VEHICLE: usize = 64;
 
+/// Least range that a modem measures, m.
+const RANGE_MIN: f64 = 0.1;
+
 /// The state of an underwater vehicle at transmission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Telemetry {
@@ -54,7 +57,11 @@ pub struct Fix {
     /// State at `sent_at`: position as measured; depth, course and speed (never negative) with
     /// noise; rate of turn and `descending` exact.
     pub telemetry: Telemetry,
-    /// Assumed σ of the position along either axis, m, without outliers.
+    /// Slant range as measured, m, and the craft's position at transmission.
+    pub range: f64,
+    /// See `range`.
+    pub from: Vector2<f64>,
+    /// Assumed σ of the position along either axis, or of the range, m, without outliers.
     pub sigma: f64,
 }
 
@@ -176,7 +183,9 @@ impl Acoustics {
                 let noise = SlotNoise::draw(&mut self.rng);
                 if !silent {
                     let range = (telemetry.position - asc_position).norm().hypot(telemetry.depth);
-                    self.transmit(self.fix(vehicle, sent_at, range, telemetry, &noise), range, &noise);
+                    let fix =
+                        Fix { from: *asc_position, ..self.fix(vehicle, sent_at, range, telemetry, &noise) };
+                    self.transmit(fix, range, &noise);
                 }
             }
         }
@@ -205,8 +214,9 @@ impl Acoustics {
     /// The fix that the surface craft gets if it receives the message.
     fn fix(&self, vehicle: usize, sent_at: f64, range: f64, telemetry: &Telemetry, noise: &SlotNoise) -> Fix {
         let setup = &self.setup;
-        let spread =
-            if noise.outlier < setup.outlier_share { setup.outlier_sigma } else { setup.position_sigma };
+        let is_outlier = noise.outlier < setup.outlier_share;
+        let spread = if is_outlier { setup.outlier_sigma } else { setup.position_sigma };
+        let detour = if is_outlier { noise.position.y.abs() * setup.outlier_sigma } else { 0.0 };
         Fix {
             vehicle,
             sent_at,
@@ -218,6 +228,8 @@ impl Acoustics {
                 speed: disturbed(telemetry.speed, setup.speed_sigma * noise.speed).max(0.0),
                 ..*telemetry
             },
+            range: disturbed(range + detour, setup.position_sigma * noise.position.x).max(RANGE_MIN),
+            from: Vector2::zeros(),
             sigma: setup.position_sigma,
         }
     }

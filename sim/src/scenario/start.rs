@@ -8,7 +8,7 @@ use planner::{
     snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
 };
 
-use crate::observe::{Briefing, Observer};
+use crate::observe::{Briefing, Messages, Observer};
 use crate::own_navigation::{OwnNavigation, RangingFaults};
 use crate::record::{Bounds, Origin};
 use crate::scenario::ScenarioError;
@@ -101,7 +101,8 @@ impl Scenario {
         let mut world = World::new(surface_craft, auvs, water, faults);
         self.declare_tracks(&mut world, duration)?;
         let limits = briefing.as_ref().map(|briefing| briefing.limits);
-        let own_navigation = briefing.as_ref().and_then(|briefing| {
+        let navigates = |briefing: &&Briefing| !matches!(briefing.messages, Messages::Ranges { .. });
+        let own_navigation = briefing.as_ref().filter(navigates).and_then(|briefing| {
             let faults = self.knowledge.ranging.as_ref();
             let faults = faults.map_or_else(RangingFaults::default, |file| ranging(file, &mut draw));
             let random = navigation_stream(seed);

@@ -26,6 +26,19 @@ fn exact_reports_of_a_fast_turning_vehicle_are_as_good_as_states() {
     assert!(reports < 1.1 * state, "reports {reports} m, state {state} m");
 }
 
+#[test]
+fn a_beacon_of_which_only_ranges_are_heard_is_found_by_the_figure_that_they_ask_for() {
+    let scenario = named("localise-beacon").lasting(500.0);
+    let record = flown_by(&scenario, &mut mpc(), 1);
+    let navigation: Vec<_> = record.rows.iter().filter_map(|row| row.auvs[0].navigation).collect();
+    let mean = |rows: &[pilotfish_sim::record::NavigationRow]| {
+        rows.iter().map(|row| row.error).sum::<f64>() / rows.len() as f64
+    };
+    let [begin, end] = [&navigation[..10], &navigation[400..]].map(mean);
+    // At first it is anywhere on a ring of 200 m.
+    assert!(100.0 < begin && end < 15.0, "{begin} {end}");
+}
+
 /// Shares of estimates with a contradicted claim of the reports, and the root mean square error of
 /// the estimates, m.
 #[derive(Debug, Default)]

@@ -310,3 +310,19 @@ fn a_telemetered_speed_is_never_negative() {
     assert!(heard.iter().all(|fix| fix.telemetry.speed >= 0.0));
     assert!(heard.iter().any(|fix| fix.telemetry.speed == 0.0));
 }
+
+#[test]
+fn a_range_has_its_noise_and_an_outlier_is_longer_than_the_way() {
+    let clear = listen(&clear(1), 1, 2000, &[at(30.0, 40.0)]).0;
+    assert!(!clear.is_empty() && clear.iter().all(|fix| fix.range == 50.0 && fix.from == Vector2::zeros()));
+    let noisy = changed(1, |setup| setup.position_sigma = 1.5);
+    let (heard, _) = listen(&noisy, 2, 100 * FRAME_STEPS, &[at(30.0, 40.0)]);
+    let n = heard.len() as f64;
+    let square: f64 = heard.iter().map(|fix| (fix.range - 50.0).powi(2)).sum();
+    // 100 squares of a normal number: the standard deviation of their root mean square is 7 %.
+    near((square / n).sqrt(), 1.5, 4.0 * 0.07 * 1.5);
+    let detours = changed(1, |setup| (setup.outlier_share, setup.outlier_sigma) = (0.5, 20.0));
+    let (heard, _) = listen(&detours, 3, 100 * FRAME_STEPS, &[at(30.0, 40.0)]);
+    let long = heard.iter().filter(|fix| 50.0 < fix.range).count();
+    assert!(heard.iter().all(|fix| 50.0 <= fix.range) && (25..=75).contains(&long), "{long}");
+}

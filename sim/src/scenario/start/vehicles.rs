@@ -72,6 +72,9 @@ impl Scenario {
             forecast: if self.knowledge.known_paths_only { Forecast::Declared } else { Forecast::Auto },
             messages: match &self.knowledge.acoustics {
                 Some(file) if file.reported_as == ReportedAs::State => Messages::NewestAsState,
+                Some(file) if file.reported_as == ReportedAs::Ranges => {
+                    Messages::Ranges { course_and_speed: file.course_and_speed }
+                }
                 Some(file) if !file.course_and_speed => Messages::Positions,
                 _ => Messages::Reports,
             },
