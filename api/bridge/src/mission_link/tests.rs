@@ -311,7 +311,7 @@ fn the_service_reads_what_is_posted_as_places_on_earth() {
     let (read, rejected) = ::wire::read_reports(body, origin, |_| vec![]).expect("is read");
     assert!(rejected.is_empty(), "{rejected:?}");
     let (craft, auv) = (&read.asc[0].state, &read.auvs["auv-1"][0]);
-    assert_eq!([craft.north_m, craft.east_m, auv.north_m, auv.east_m], [0.0; 4]);
+    assert_eq!([craft.position(), auv.position()], [Vector2::zeros(); 2]);
     assert!(!read.asc[0].steered);
 }
 

@@ -126,7 +126,7 @@ pub(super) fn write(document: &mut Value) {
         let pairs = [["north_m", "east_m"], ["lat_deg", "lon_deg"]].map(|pair| json!({ "required": pair }));
         if shape == "Report" {
             let none = |names: &[&str]| {
-                Value::from_iter(names.iter().map(|name| ((*name).to_owned(), json!({ "type": "null" }))))
+                names.iter().map(|name| ((*name).to_owned(), json!({ "type": "null" }))).collect::<Value>()
             };
             let mut range = none(&["north_m", "east_m", "lat_deg", "lon_deg"]);
             range["range_m"] = json!({ "type": "number" });
