@@ -77,7 +77,7 @@ numbers! {
         particles_spread = 40.0,
         /// Largest share of the variance that is left within two places that are told apart: 0.36 for
         /// the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.
-        places_within = 0.2,
+        places_within = 0.27,
 
         /// Standard deviation of the position of a state without a covariance, m: of an acoustic fix.
         state_sigma = 1.5,

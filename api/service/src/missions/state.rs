@@ -442,6 +442,23 @@ mod tests {
     }
 
     #[test]
+    fn a_range_is_from_where_the_craft_was_and_is_rejected_if_that_is_unknown() {
+        let mut state = state();
+        state.take_reports(&heard(100.0, 7.0), 100.0);
+        state.take_reports(&heard(101.0, 8.0), 101.0);
+        let range = |t_s: f64| json!({ "t_s": t_s, "range_m": 30.0, "sigma_m": 1.0 });
+        let ranges = json!({ "auvs": { "a": [range(100.5), range(97.9), range(102.9)] } });
+        let mut ranges: Reports = serde_json::from_value(ranges).expect("has the shape");
+        state.place_ranges(&mut ranges);
+        let from: Vec<_> = ranges.auvs["a"].iter().map(|range| range.from).collect();
+        assert_eq!(from, [Some([7.5, 0.0]), Some([8.0, 0.0])]);
+        let rejected: Vec<_> = ranges.rejected.iter().map(|wrong| (&*wrong.pointer, &*wrong.code)).collect();
+        assert_eq!(rejected, [("/auvs/a", "missing")]);
+        state.take_reports(&ranges, 103.0);
+        assert!(state.request(103.0).is_some());
+    }
+
+    #[test]
     fn reports_from_before_the_clock_was_set_back_are_not_new() {
         let mut state = state();
         state.take_reports(&heard(1800.0, 500.0), 1800.0);
