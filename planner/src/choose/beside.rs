@@ -7,8 +7,7 @@
 //! E_i ← max(0, E_i + w (m d² − d_i²)/J)      evidence; J: long mean of the larger square
 //! ```
 //! The difference of two responses moves the simulated crafts, so that waves, water and errors of the
-//! model carry all of them alike. While a law steers, the program plans for the planner's craft. A
-//! ratio of means over two minutes changes with every turn of an AUV; a sum needs a lasting difference.
+//! model carry all alike. While a law steers, the program plans for the planner's craft.
 
 use std::{array, iter};
 
@@ -29,8 +28,8 @@ use crate::{
     snapshot::build::Snapshot,
 };
 
-/// Shortest and longest time between two plans that are compared, s.
-const INTERVAL: (f64, f64) = (0.05, 5.0);
+/// Longest time between two plans that are compared, s.
+const INTERVAL_MAX: f64 = 5.0;
 
 /// Look-ahead of the laws as time at the goal's speed, s, and along-track gains, 1/s.
 const GAINS: [(f64, f64); LAWS] = [(3.0, 0.2), (5.0, 0.1), (5.0, 0.4), (10.0, 0.4)];
@@ -51,24 +50,17 @@ pub(crate) fn resumed(horizon: &Horizon<'_>) -> Trial {
     // Distances alone are compared: of a goal that is the same for all crafts, without a price of energy.
     let is_fair = horizon.forecast.is_mean() && horizon.weights.energy == 0.0 && !estimate.monitor.alarm;
     let first = snapshot.previous_plan.as_ref().and_then(|previous| previous.trajectory.first());
-    let elapsed = first.map_or(0.0, |first| snapshot.t_s - first.t_s);
-    match first {
-        Some(first) if is_fair && (INTERVAL.0..=INTERVAL.1).contains(&elapsed) => {
-            let sailed = snapshot.asc.position() - first.position();
-            let mut trial = estimate.trial;
-            advance(&mut trial, horizon, elapsed, &sailed);
-            compare(&mut trial, horizon);
-            choose(&mut trial, horizon);
-            trial
-        }
-        _ if is_fair && elapsed.abs() < INTERVAL.0 => estimate.trial,
-        _ => restarted(snapshot),
-    }
-}
-
-/// All crafts where the real one is, which the planner steers.
-pub(crate) fn restarted(snapshot: &Snapshot) -> Trial {
-    Trial::new(snapshot.asc.heading().radians(), snapshot.craft_estimate().surge.x)
+    let before = first.map(|first| (snapshot.t_s - first.t_s, snapshot.asc.position() - first.position()));
+    let Some((elapsed, sailed)) =
+        before.filter(|(elapsed, _)| is_fair && 0.0 < *elapsed && *elapsed <= INTERVAL_MAX)
+    else {
+        return Trial::new(estimate.heading.x, estimate.surge.x);
+    };
+    let mut trial = estimate.trial;
+    advance(&mut trial, horizon, elapsed, &sailed);
+    compare(&mut trial, horizon);
+    choose(&mut trial, horizon);
+    trial
 }
 
 /// All crafts `elapsed` later, s, in which the real one `sailed` (north, east), m.
@@ -83,10 +75,10 @@ fn advance(trial: &mut Trial, horizon: &Horizon<'_>, elapsed: f64, sailed: &Vect
     }
     let foreseen = trial.crafts[trial.real()].offset;
     for craft in &mut trial.crafts {
-        craft.offset = within(craft.offset - foreseen);
+        craft.offset = (craft.offset - foreseen).map(within);
     }
     trial.crafts[trial.real()].becomes_real(snapshot);
-    trial.place = within(trial.place - sailed);
+    trial.place = (trial.place - sailed).map(within);
     trial.waiting = (trial.waiting + elapsed).min(SINCE_MAX);
     trial.since = (trial.since + elapsed).min(SINCE_MAX);
 }
@@ -153,9 +145,8 @@ pub(crate) fn asked(mut trial: Trial, horizon: &Horizon<'_>, planner: Reference,
 /// The moment of `snapshot` for the planner's craft.
 pub(crate) fn of_planner(trial: &Trial, snapshot: &Snapshot) -> Snapshot {
     let craft = &trial.crafts[0];
-    let place = snapshot.asc.position() + craft.offset;
-    let asc = Asc::new(place, Heading::new(craft.heading), craft.speed);
-    snapshot.of_craft(asc, Heading::new(craft.asked.x))
+    let now = craft.now(snapshot, snapshot.asc.position());
+    snapshot.of_craft(Asc::new(now.position, now.heading, craft.speed), craft.asked.x)
 }
 
 impl TrialCraft {
@@ -173,6 +164,6 @@ impl TrialCraft {
     }
 }
 
-fn within(offset: Vector2<f64>) -> Vector2<f64> {
-    offset.map(|along| along.clamp(-DISTANCE_MAX, DISTANCE_MAX))
+fn within(along: f64) -> f64 {
+    along.clamp(-DISTANCE_MAX, DISTANCE_MAX)
 }

@@ -9,6 +9,7 @@ use crate::{
     },
     craft::{
         estimate::CraftEstimate,
+        monitor::Trial,
         response::{HALF_HOLD, Rollout},
     },
     facts::{
@@ -73,13 +74,10 @@ pub(crate) fn select_answer(
     // 2. The law: baseline, initial guess and fallback.
     let (los, los_rollout) = line_of_sight(&horizon, parameters.los);
     // 3. The law that was nearer than the planner, which then plans for its simulated craft.
-    let mut trial = beside::resumed(&horizon);
+    let trial = beside::resumed(&horizon);
     let nearer = trial.real().checked_sub(1).map(|k| line_of_sight(&horizon, beside::gains(k, &horizon)).0);
-    let is_allowed = |law: &Level| law.candidate.violations.iter().all(Option::is_none);
-    if nearer.as_ref().is_some_and(|law| !is_allowed(law)) {
-        trial = beside::restarted(snapshot);
-    }
-    let nearer = nearer.filter(is_allowed);
+    let nearer = nearer.filter(|law| law.candidate.violations.iter().all(Option::is_none));
+    let is_lawful = trial.real() == 0 || nearer.is_some();
     let simulated = nearer.as_ref().map(|_| beside::of_planner(&trial, snapshot));
     let simulated = simulated.as_ref().map(|snapshot| Horizon::new(snapshot, parameters, &goal));
     let simulated = simulated.as_ref().map(|horizon| (horizon, line_of_sight(horizon, parameters.los)));
@@ -106,6 +104,8 @@ pub(crate) fn select_answer(
         Some(law) => steered(law, &horizon),
         None => planned,
     };
+    // A law that would violate a limit does not steer, and is on trial again.
+    let trial = if is_lawful { trial } else { Trial::new(craft.heading.x, craft.surge.x) };
     craft.trial = beside::asked(trial, &horizon, asked_of_planner, best.reference);
     // 6. The answer.
     let (command, through_water) = commanded(best.reference, snapshot);

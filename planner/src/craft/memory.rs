@@ -167,9 +167,8 @@ impl CraftEstimate {
         let trial = &mut self.trial;
         for craft in &mut trial.crafts {
             visit_flag(&mut craft.steers, visit);
-            for along in craft.offset.iter_mut().chain(&mut craft.then) {
-                visit(along, -DISTANCE_MAX..=DISTANCE_MAX);
-            }
+            let places = craft.offset.iter_mut().chain(&mut craft.then);
+            places.for_each(|along| visit(along, -DISTANCE_MAX..=DISTANCE_MAX));
             visit(&mut craft.heading, -angle..=angle);
             visit(&mut craft.speed, -speed..=speed);
             visit(&mut craft.asked.x, -angle..=angle);
@@ -177,9 +176,7 @@ impl CraftEstimate {
             visit(&mut craft.square, 0.0..=1.0e9);
             visit(&mut craft.evidence, 0.0..=SINCE_MAX);
         }
-        for along in &mut trial.place {
-            visit(along, -DISTANCE_MAX..=DISTANCE_MAX);
-        }
+        trial.place.iter_mut().for_each(|along| visit(along, -DISTANCE_MAX..=DISTANCE_MAX));
         for time in [&mut trial.waiting, &mut trial.since, &mut trial.hold] {
             visit(time, 0.0..=SINCE_MAX);
         }

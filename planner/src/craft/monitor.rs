@@ -181,9 +181,11 @@ pub struct TrialCraft {
 impl Trial {
     /// A trial in which all are where the real craft is, which the planner steers.
     pub(crate) fn new(heading: f64, speed: f64) -> Self {
-        let craft =
-            TrialCraft { heading, speed, asked: Vector2::new(heading, speed), ..TrialCraft::default() };
-        Self { crafts: [craft; LAWS + 1], ..Self::default() }
+        let asked = Vector2::new(heading, speed);
+        Self {
+            crafts: [TrialCraft { heading, speed, asked, ..Default::default() }; LAWS + 1],
+            ..Self::default()
+        }
     }
 
     /// Index of the craft that is the real one.

@@ -115,15 +115,14 @@ impl Snapshot {
         })
     }
 
-    /// The same moment for a craft that is `asc`, follows a heading reference and has no plan to continue.
-    pub(crate) fn of_craft(&self, asc: Asc, followed: Heading) -> Self {
+    /// The same moment for the craft `asc` that follows a heading reference, rad, and no earlier plan.
+    pub(crate) fn of_craft(&self, asc: Asc, followed: f64) -> Self {
         let mut other = self.clone();
         (other.craft_estimate.surge.x, other.request.asc) = (asc.speed_mps, asc);
         if let Some(previous) = &mut other.request.previous_plan {
             previous.trajectory.truncate(1);
-            if let Some(craft) = &mut previous.craft_estimate {
-                craft.asked_heading_rad = followed.radians();
-            }
+            let (craft, offset) = (previous.craft_estimate.as_mut(), self.craft.heading_offset);
+            craft.into_iter().for_each(|craft| craft.asked_heading_rad = followed - offset);
         }
         other
     }

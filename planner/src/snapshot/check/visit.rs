@@ -24,7 +24,7 @@ impl Check {
                 self.numbers("/goal/cost", &VISIT_UNCERTAINTY, values);
             }
             VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
-                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m])
+                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]);
             }
         }
         let by_name = [
