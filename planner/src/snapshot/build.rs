@@ -121,8 +121,9 @@ impl Snapshot {
         (other.craft_estimate.surge.x, other.request.asc) = (asc.speed_mps, asc);
         if let Some(previous) = &mut other.request.previous_plan {
             previous.trajectory.truncate(1);
-            let (craft, offset) = (previous.craft_estimate.as_mut(), self.craft.heading_offset);
-            craft.into_iter().for_each(|craft| craft.asked_heading_rad = followed - offset);
+            if let Some(craft) = &mut previous.craft_estimate {
+                craft.asked_heading_rad = followed - self.craft.heading_offset;
+            }
         }
         other
     }
