@@ -38,6 +38,6 @@ pub use effect::Effect;
 pub use estimate::CraftEstimate;
 pub use memory::MEMORY_LENGTH;
 pub use model::CraftModel;
-pub use monitor::{Monitor, Realised};
+pub use monitor::{Monitor, Realised, Trial, TrialCraft};
 pub use presets::{PRESETS, Preset};
 pub use prior::{Gaussian, Prior};

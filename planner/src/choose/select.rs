@@ -3,9 +3,13 @@
 //! Solved program → continued previous plan → saturated line of sight → hold.
 
 use crate::{
-    choose::answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
+    choose::{
+        answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
+        beside,
+    },
     craft::{
         estimate::CraftEstimate,
+        monitor::Trial,
         response::{HALF_HOLD, Rollout},
     },
     facts::{
@@ -19,7 +23,7 @@ use crate::{
     },
     localise::choose::Localiser,
     los::{
-        law::{LosLaw, LosTuning},
+        law::{LosGains, LosLaw, LosTuning},
         saturated::saturated_los,
         tracking_law::TrackingLaw,
     },
@@ -68,26 +72,42 @@ pub(crate) fn select_answer(
     let cut_short = cut_short(snapshot, schedule.as_ref(), stop);
     let horizon = Horizon::new(snapshot, parameters, &goal);
     // 2. The law: baseline, initial guess and fallback.
-    let (los, los_rollout) = line_of_sight(&horizon);
-    // 3. The program, unless the goal depends on a report that is too old.
+    let (los, los_rollout) = line_of_sight(&horizon, parameters.los);
+    // 3. The law that was nearer than the planner, which then plans for its simulated craft.
+    let trial = beside::resumed(&horizon);
+    let nearer = trial.real().checked_sub(1).map(|k| line_of_sight(&horizon, beside::gains(k, &horizon)).0);
+    let nearer = nearer.filter(|law| law.candidate.violations.iter().all(Option::is_none));
+    let is_lawful = trial.real() == 0 || nearer.is_some();
+    let simulated = nearer.as_ref().map(|_| beside::of_planner(&trial, snapshot));
+    let simulated = simulated.as_ref().map(|snapshot| Horizon::new(snapshot, parameters, &goal));
+    let simulated = simulated.as_ref().map(|horizon| (horizon, line_of_sight(horizon, parameters.los)));
+    let (sailed, (planner_los, guess)) = simulated.unwrap_or((&horizon, (los.clone(), los_rollout)));
+    // 4. The program, unless the goal depends on a report that is too old.
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
-    let mut program = Scp { horizon: &horizon, stop, solve, programs };
+    let mut program = Scp { horizon: sailed, stop, solve, programs };
     let scp = if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
     } else if snapshot.cut_short() {
         ScpResult::none(Degraded::Deadline)
     } else {
-        program.run(&los_rollout, los.candidate.predicted.cost)
+        program.run(&guess, planner_los.candidate.predicted.cost)
     };
-    // 4. The level that answers.
+    // 5. The level that answers.
     let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
-    let craft = answered(snapshot, distance);
-    let best = if craft.realised.law_steers && scp.degraded != Some(Degraded::StaleReport) {
-        steered(los.clone(), &horizon)
-    } else {
-        best_level(&horizon, &scp, &los)
+    let mut craft = answered(snapshot, distance);
+    let is_stale = scp.degraded == Some(Degraded::StaleReport);
+    let planned = best_level(sailed, &scp, &planner_los);
+    let asked_of_planner = planned.reference;
+    let best = match nearer {
+        _ if is_stale => hold(&horizon),
+        _ if craft.realised.law_steers => steered(los.clone(), &horizon),
+        Some(law) => steered(law, &horizon),
+        None => planned,
     };
-    // 5. The answer.
+    // A law that would violate a limit does not steer, and is on trial again.
+    let trial = if is_lawful { trial } else { Trial::new(craft.heading.x, craft.surge.x) };
+    craft.trial = beside::asked(trial, &horizon, asked_of_planner, best.reference);
+    // 6. The answer.
     let (command, through_water) = commanded(best.reference, snapshot);
     let by_program = (best.method == Method::Mpc).then_some(scp.violations);
     let violations = best.candidate.violations.into_iter();
@@ -278,13 +298,13 @@ fn tuning(law: LosLaw, parameters: &Parameters) -> LosTuning {
 }
 
 /// The law's level, and its rollout, which is also an initial guess.
-fn line_of_sight(horizon: &Horizon<'_>) -> (Level, Rollout) {
+fn line_of_sight(horizon: &Horizon<'_>, gains: LosGains) -> (Level, Rollout) {
     let (snapshot, parameters) = (horizon.snapshot, horizon.parameters);
-    let rollout = horizon.line_of_sight(tuning(LosLaw::SaturatedLos, parameters));
+    let rollout = horizon.line_of_sight(LosTuning { gains, ..tuning(LosLaw::SaturatedLos, parameters) });
     let (asc, goal) = (AscNow::from(snapshot), horizon.forecast.at(0.0));
     let level = Level {
         method: Method::SaturatedLos,
-        reference: saturated_los(&asc, &goal, horizon.goal_course, parameters.los, snapshot.limits()),
+        reference: saturated_los(&asc, &goal, horizon.goal_course, gains, snapshot.limits()),
         candidate: rolled_out(horizon, &rollout),
     };
     (level, rollout)
@@ -369,7 +389,7 @@ mod tests {
         let parameters = Parameters::default();
         let (goal, _) = scheduled_goal(&snapshot, &parameters, None, &Stop::never());
         let horizon = Horizon::new(&snapshot, &parameters, &goal);
-        let (los, _) = line_of_sight(&horizon);
+        let (los, _) = line_of_sight(&horizon, parameters.los);
         test(&horizon, los);
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector2, Vector3};
 
 use crate::craft::effect::Effect;
-use crate::craft::monitor::{Monitor, Realised};
+use crate::craft::monitor::{Monitor, Realised, Trial};
 use crate::craft::prior::Gaussian;
 use crate::tuned::CraftNumbers;
 
@@ -54,6 +54,8 @@ pub struct CraftEstimate {
     pub speed_effect: Effect,
     /// Distances to the goal under the planner and under the law.
     pub realised: Realised,
+    /// Planner and laws, simulated beside the craft.
+    pub trial: Trial,
 }
 
 impl CraftEstimate {

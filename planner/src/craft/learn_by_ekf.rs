@@ -22,7 +22,7 @@ use crate::craft::covariance::{propagated, sound};
 use crate::craft::effect::Effect;
 use crate::craft::estimate::CraftEstimate;
 use crate::craft::model::CraftModel;
-use crate::craft::monitor::Monitor;
+use crate::craft::monitor::{Monitor, Trial};
 use crate::craft::one_step::{heading_change, surge_after};
 use crate::craft::prior::{Gaussian, Prior};
 use crate::facts::angle::{ned_from_body, wrap};
@@ -153,6 +153,7 @@ impl CraftEstimate {
             monitor: Monitor::new(asc),
             heading_effect: Effect::new(asc.heading().radians()),
             speed_effect: Effect::new(asc.speed_mps),
+            trial: Trial::new(asc.heading().radians(), asc.speed_mps),
             ..Self::default()
         }
     }

@@ -6,17 +6,19 @@ use nalgebra::{Matrix3, Vector2};
 
 use crate::craft::effect::{self, Effect};
 use crate::craft::estimate::{CraftEstimate, EVIDENCE_MAX, VARIANCE_MAX};
-use crate::craft::monitor::SINCE_MAX;
+use crate::craft::monitor::{DISTANCE_MAX, LAWS, SINCE_MAX, Trial};
 use crate::facts::previous_plan::PreviousPlan;
 use crate::facts::ranges::CURRENT_MAX;
 
 /// Length of a [`CraftEstimate`]'s memory.
-pub const MEMORY_LENGTH: usize = 53;
+pub const MEMORY_LENGTH: usize = MEMORY_LENGTH_WITHOUT_TRIAL + 11 * (LAWS + 1) + 5;
 
 /// Index of the craft's position in it.
 const POSITION: usize = 31;
 
-/// Length of earlier answers' memories, without the tests for effects, which then start now.
+/// Lengths of earlier answers' memories: without the trial, which then starts now, and without the tests
+/// for effects.
+const MEMORY_LENGTH_WITHOUT_TRIAL: usize = 53;
 const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 
 /// Largest declared drift in a turn, s; its variance at twice the uncertainty bounds a memory.
@@ -85,7 +87,9 @@ impl CraftEstimate {
 
     /// Inverse of [`Self::memory`]; none for a missing or invalid number or covariance.
     pub fn from_memory(memory: &[f64]) -> Option<Self> {
-        if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH].contains(&memory.len()) {
+        if ![MEMORY_LENGTH_WITHOUT_EFFECTS, MEMORY_LENGTH_WITHOUT_TRIAL, MEMORY_LENGTH]
+            .contains(&memory.len())
+        {
             return None;
         }
         let (mut estimate, mut is_valid) = (Self::default(), true);
@@ -97,6 +101,9 @@ impl CraftEstimate {
             }
         });
         if memory.len() < MEMORY_LENGTH {
+            estimate.trial = Trial::new(estimate.heading.x, estimate.surge.x);
+        }
+        if memory.len() < MEMORY_LENGTH_WITHOUT_TRIAL {
             estimate.heading_effect = Effect::new(estimate.heading.x);
             estimate.speed_effect = Effect::new(estimate.surge.x);
         }
@@ -156,6 +163,22 @@ impl CraftEstimate {
             visit(&mut effect.expected_change, -1.0e4..=1.0e4);
             visit(&mut effect.seen_change, -1.0e4..=1.0e4);
             visit(&mut effect.evidence, 0.0..=effect::EVIDENCE_MAX);
+        }
+        let trial = &mut self.trial;
+        for craft in &mut trial.crafts {
+            visit_flag(&mut craft.steers, visit);
+            let places = craft.offset.iter_mut().chain(&mut craft.then);
+            places.for_each(|along| visit(along, -DISTANCE_MAX..=DISTANCE_MAX));
+            visit(&mut craft.heading, -angle..=angle);
+            visit(&mut craft.speed, -speed..=speed);
+            visit(&mut craft.asked.x, -angle..=angle);
+            visit(&mut craft.asked.y, -speed..=speed);
+            visit(&mut craft.square, 0.0..=1.0e9);
+            visit(&mut craft.evidence, 0.0..=SINCE_MAX);
+        }
+        trial.place.iter_mut().for_each(|along| visit(along, -DISTANCE_MAX..=DISTANCE_MAX));
+        for time in [&mut trial.waiting, &mut trial.since, &mut trial.hold] {
+            visit(time, 0.0..=SINCE_MAX);
         }
     }
 }

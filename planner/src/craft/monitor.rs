@@ -10,6 +10,8 @@
 //! lower one to withdraw it. False alarms and delays over whole missions:
 //! `docs/evidence.md#random-craft`.
 
+use nalgebra::Vector2;
+
 use crate::{
     craft::{
         model::CraftModel,
@@ -132,7 +134,62 @@ impl Realised {
 }
 
 /// Longest counted time, s.
-pub(super) const SINCE_MAX: f64 = 1.0e12;
+pub(crate) const SINCE_MAX: f64 = 1.0e12;
 
 /// Largest counted distance, m.
-const DISTANCE_MAX: f64 = 1.0e4;
+pub(crate) const DISTANCE_MAX: f64 = 1.0e4;
+
+/// Laws that are simulated beside the craft.
+pub(crate) const LAWS: usize = 4;
+
+/// The crafts of planner and laws: one of them is the real one, the others are simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Trial {
+    /// The planner's craft, then that of every law.
+    pub crafts: [TrialCraft; LAWS + 1],
+    /// Time since the moment that is compared next, s.
+    pub waiting: f64,
+    /// The real craft's position then (north, east) less its present one, m.
+    pub place: Vector2<f64>,
+    /// Time since another one began to steer, s.
+    pub since: f64,
+    /// Least time until the next one does, s.
+    pub hold: f64,
+}
+
+/// One of the crafts of a [`Trial`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrialCraft {
+    /// `true` for the law that steers the real craft.
+    pub steers: bool,
+    /// Position (north, east) less the real craft's, m.
+    pub offset: Vector2<f64>,
+    /// The same at the moment that is compared next, m.
+    pub then: Vector2<f64>,
+    /// Heading, rad.
+    pub heading: f64,
+    /// Speed through the water, m/s.
+    pub speed: f64,
+    /// Its references, rad and m/s.
+    pub asked: Vector2<f64>,
+    /// Mean square distance from where the goal turned out to be, m².
+    pub square: f64,
+    /// Evidence that it is nearer than the one that steers, s.
+    pub evidence: f64,
+}
+
+impl Trial {
+    /// A trial in which all are where the real craft is, which the planner steers.
+    pub(crate) fn new(heading: f64, speed: f64) -> Self {
+        let asked = Vector2::new(heading, speed);
+        Self {
+            crafts: [TrialCraft { heading, speed, asked, ..Default::default() }; LAWS + 1],
+            ..Self::default()
+        }
+    }
+
+    /// Index of the craft that is the real one.
+    pub fn real(&self) -> usize {
+        self.crafts.iter().position(|craft| craft.steers).unwrap_or(0)
+    }
+}

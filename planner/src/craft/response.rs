@@ -138,7 +138,13 @@ impl Response<'_> {
     }
 
     /// The craft and its surge an interval later; the position by the midpoint rule.
-    fn after(&self, dt: f64, asc: &AscNow, surge: Surge, reference: &Reference) -> (AscNow, Surge) {
+    pub(crate) fn after(
+        &self,
+        dt: f64,
+        asc: &AscNow,
+        surge: Surge,
+        reference: &Reference,
+    ) -> (AscNow, Surge) {
         let (craft, limits) = (self.craft, &self.craft.limits);
         let Surge { speed, bias } = surge;
         // (u_ref − (u + u′)/2)/τ with u′ = u + a dt, solved for a.

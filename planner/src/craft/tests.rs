@@ -397,6 +397,10 @@ fn a_memory_is_restored_to_the_bit_and_invalid_ones_are_refused() {
     assert_eq!(read.memory().map(f64::to_bits), memory.map(f64::to_bits));
     assert_eq!(read, known, "all of the estimate is in it");
     // An earlier version had no tests for effects.
+    for length in [43, 53] {
+        let earlier = CraftEstimate::from_memory(&memory[..length]).expect("is one, too");
+        assert_eq!(earlier.trial.real(), 0);
+    }
     let earlier = CraftEstimate::from_memory(&memory[..43]).expect("is one, too");
     assert_eq!((earlier.monitor, earlier.surge), (known.monitor, known.surge));
     assert_eq!(earlier.speed_effect, Effect::new(known.surge.x));

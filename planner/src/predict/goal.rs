@@ -167,6 +167,11 @@ impl GoalForecast {
         self.figure.as_ref()
     }
 
+    /// `true` for a mean of AUVs, which is the same wherever the craft is.
+    pub(crate) fn is_mean(&self) -> bool {
+        matches!(self.rule, Rule::Mean) && self.figure.is_none()
+    }
+
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
     /// The velocity of an offset that turns includes ω × r.

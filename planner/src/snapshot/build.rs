@@ -12,7 +12,7 @@ use crate::craft::prior::Prior;
 use crate::estimate::from_reports::{Estimate, Estimator};
 use crate::estimate::repeats::TRACK_POINTS_MAX;
 use crate::facts::angle::{Heading, wrap};
-use crate::facts::asc::{AscNow, Limits};
+use crate::facts::asc::{Asc, AscNow, Limits};
 use crate::facts::auv::Auv;
 use crate::facts::bounds::clockwise;
 use crate::facts::goal::Goal;
@@ -115,6 +115,19 @@ impl Snapshot {
             tuned: Box::new(*tuned),
             cut_short: due(),
         })
+    }
+
+    /// The same moment for the craft `asc` that follows a heading reference, rad, and no earlier plan.
+    pub(crate) fn of_craft(&self, asc: Asc, followed: f64) -> Self {
+        let mut other = self.clone();
+        (other.craft_estimate.surge.x, other.request.asc) = (asc.speed_mps, asc);
+        if let Some(previous) = &mut other.request.previous_plan {
+            previous.trajectory.truncate(1);
+            if let Some(craft) = &mut previous.craft_estimate {
+                craft.asked_heading_rad = followed - self.craft.heading_offset;
+            }
+        }
+        other
     }
 
     /// `true` if time did not suffice for all estimates.

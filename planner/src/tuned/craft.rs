@@ -107,6 +107,16 @@ numbers! {
         realised_time = 30.0,
         /// Time in which the distance of the inactive one fades, s.
         trial_memory = 900.0,
+        /// Averaging time of squared distances without an alarm, s.
+        beside_time = 300.0,
+        /// Share of the steering one's squared distance that another one's must be below.
+        beside_margin = 0.7,
+        /// Least distance to which differences are related, m.
+        beside_error = 1.0,
+        /// Largest evidence per second.
+        beside_gain = 2.0,
+        /// Evidence by which another one steers, s.
+        beside_evidence = 120.0,
 
         /// Least speed of a craft that holds a course, as a multiple of the current.
         course_speed_ratio = 1.4,
