@@ -103,10 +103,11 @@ impl Readiness {
 
     /// Makes a plan until `limit` and runs a job in each pool of threads, all within `time`.
     async fn try_planners(&self, limit: Duration, time: Duration) -> Result<(), Problem> {
-        let tried = async {
+        // A snapshot is too large for the stacks of those who wait.
+        let tried = Box::pin(async {
             self.plan_something(limit).await?;
             self.planners.try_pools().await
-        };
+        });
         let tried = self.planners.clock.timeout(time, tried).await;
         tried.map_err(|_| Problem::TimedOut)?
     }
