@@ -15,6 +15,15 @@ export function figureLine({ north_m, east_m, axis_rad, ahead_m, starboard_m, se
 }
 
 /**
+ * The places at one of which an AUV is, as marks. @param {string} id @param {[number, number, number][]} places (north, east, probability) @param {string} colour @returns {import("./types.js").Mark[]}
+ */
+export function placeMarks(id, places, colour) {
+  return places.flatMap(([north, east, probability]) => [
+    { north, east, kind: "ring", colour }, { north, east, kind: "label", colour, text: `${id}? ${Math.round(100 * probability)} %` },
+  ]);
+}
+
+/**
  * 95 % ellipses of the AUVs' own navigation: on the figure, and if the craft stayed above.
  * @param {Figure} figure @param {(id: string) => [number, number] | undefined} placeOf @returns {import("./types.js").Ellipse[]}
  */

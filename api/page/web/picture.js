@@ -1,6 +1,6 @@
 // The map of recordings at one moment.
 
-import { figureEllipses, figureLine } from "./figure.js";
+import { figureEllipses, figureLine, placeMarks } from "./figure.js";
 import { auvColour } from "./dom.js";
 import { number } from "./format.js";
 import { addTour, visitsAt } from "./visits.js";
@@ -94,6 +94,7 @@ function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
     const order = [...recording.places.keys()];
     for (const auv of prediction.auvs) {
       const colour = auvColour(order.indexOf(auv.id));
+      picture.marks.push(...placeMarks(auv.id, auv.places ?? [], colour));
       picture.lines.push({ points: auv.positions, colour, style: "dotted", name: `${auv.id}, forecast` });
       auv.covariances_m2.forEach((covariance, i) => {
         const last = auv.covariances_m2.length - 1;

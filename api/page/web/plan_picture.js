@@ -1,6 +1,6 @@
 // The plan of a snapshot and the answers of the laws: map, distance over time, replay.
 
-import { figureEllipses, figureLine } from "./figure.js";
+import { figureEllipses, figureLine, placeMarks } from "./figure.js";
 import { auvColour, el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
@@ -124,6 +124,7 @@ export class PlanPicture {
   addTarget(picture, target, colour, range) {
     const points = target.trajectory, now = at(points, points[0].t_s + this.after), i = nearest(points, points[0].t_s + this.after);
     picture.lines.push({ points: points.map((/** @type {any} */ point) => [point.north_m, point.east_m]), colour, style: "dotted" });
+    picture.marks.push(...placeMarks(target.id, (target.estimate.places ?? []).map((/** @type {any} */ at) => [at.north_m, at.east_m, at.probability]), colour));
     points.forEach((/** @type {any} */ point, /** @type {number} */ k) => {
       const variance = target.position_sigma_m[k] ** 2 / 2;
       if (k % ELLIPSE_EVERY === 0 || k === points.length - 1) picture.ellipses.push({ north: point.north_m, east: point.east_m, covariance: [variance, 0, variance], colour });

@@ -2,7 +2,7 @@
 
 export type Violation = { pointer?: string, limit: string, t_s: number, amount: number, unit: string };
 
-export type PredictedAuv = { id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], age_s: number,
+export type PredictedAuv = { id: string, positions: [number, number][], depths_m: number[], covariances_m2: [number, number, number][], places?: [number, number, number][], age_s: number,
   heard?: { t_s: number, north_m: number, east_m: number }, refused_t_s?: number[], drift: [number, number], route?: RouteFit,
   dive?: { depth_min_m: number, depth_max_m: number } };
 

@@ -71,6 +71,10 @@ pub struct PredictedAuv {
     pub depths_m: Vec<f64>,
     /// Covariances of the positions: of north, of north and east, of east, m².
     pub covariances_m2: Vec<[f64; 3]>,
+    /// Places (north, east), m, at one of which it is, with their probabilities, if its ranges do not
+    /// tell which: the positions are then their mean.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub places: Vec<[f64; 3]>,
     /// Age of the newest report that the forecast rests on, s.
     pub age_s: f64,
     /// The newest fix; none if the request gave a state.
@@ -193,6 +197,11 @@ impl PredictedAuv {
             positions: positions.map(|point| [point.north_m, point.east_m].map(rounded_to(CENTI))).collect(),
             depths_m: depths.copied().map(rounded_to(CENTI)).collect(),
             covariances_m2: covariances.map(|of| [of.m11, of.m12, of.m22].map(three_digits)).collect(),
+            places: estimate
+                .places
+                .iter()
+                .map(|at| [at.north_m, at.east_m, at.probability].map(rounded_to(CENTI)))
+                .collect(),
             age_s: rounded(estimate.age_s, CENTI),
             heard: newest.map(|report| {
                 let [north_m, east_m] = placed(&report.position());

@@ -362,8 +362,8 @@ class Estimate(TypedDict):
     north_m: float
     # Northward velocity over ground at that time, m/s.
     north_mps: float
-    # The two places at one of which it is, the likelier first, if its ranges do not tell which; the position above is
-    # then their mean.
+    # The two places at one of which it is, the likelier first, if its ranges do not tell which; the position above
+    # is then their mean.
     places: NotRequired[list[Place]]
     # Root-mean-square error of the position now, m. Absent without `covariance`.
     position_sigma_m: NotRequired[float | None]
@@ -1492,7 +1492,7 @@ Report = TypedDict(
         "east_m": "NotRequired[float | None]",
         # Position [north, east] of the surface craft when it measured the range, m. Default: where it was at `t_s`: in
         # a request for ranges of the last 2 s, in a mission by its reported states within 2 s.
-        "from": "NotRequired[list[float] | None | Origin]",
+        "from": "NotRequired[list[float] | Origin | None]",
         # Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
         "lat_deg": "NotRequired[float | None]",
         # Longitude, degrees, positive east.

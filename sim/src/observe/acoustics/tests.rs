@@ -266,7 +266,10 @@ fn noise_does_not_depend_on_the_surface_craft_or_on_silent_vehicles() {
         }
         channel.receive(f64::INFINITY, &mut heard);
         for fix in &mut heard {
-            fix.heard_at = 0.0;
+            // These depend on where the craft is; the noise of a range is what is left.
+            let way = (all_telemetry[fix.vehicle].position - fix.from).norm();
+            fix.range = 1e-6 * (1e6 * (fix.range - way.hypot(all_telemetry[fix.vehicle].depth))).round();
+            (fix.heard_at, fix.from) = (0.0, Vector2::zeros());
         }
         heard
     };
