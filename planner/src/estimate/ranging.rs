@@ -11,6 +11,9 @@ use crate::{
 /// Least standard deviation of positions that may fall apart, m: less is no other place.
 const APART_MIN: f64 = 5.0;
 
+/// Least probability of another place.
+const PROBABILITY_MIN: f64 = 0.01;
+
 /// Inflations that are tried, in claimed standard deviations.
 const FACTORS: [f64; 3] = [4.0, 16.0, 64.0];
 
@@ -85,7 +88,11 @@ impl Ranged {
         };
         let (before, after) = (part(&sorted[..split]), part(&sorted[split..]));
         let (likelier, other) = if after.1 <= before.1 { (before, after) } else { (after, before) };
-        Some(Places { likelier: likelier.0, other: other.0, probability: likelier.1.min(1.0) })
+        (PROBABILITY_MIN <= other.1).then(|| Places {
+            likelier: likelier.0,
+            other: other.0,
+            probability: likelier.1.min(1.0),
+        })
     }
 }
 

@@ -53,7 +53,7 @@ async fn a_rejected_report_affects_no_other() {
     let mut odd = fix(now, 3.0, 4.0);
     odd["sigma_m"] = json!(1e9);
     let list = body["auvs"]["auv-1"].as_array_mut().expect("a list");
-    list.splice(0..0, [odd, json!({ "t_s": now })]);
+    list.splice(0..0, [odd, json!({ "t_s": now, "sigma_m": 1.0 })]);
     body["auvs"]["auv-9"] = json!([fix(now, 0.0, 0.0), fix(now, 1.0, 0.0)]);
     body["notes"] = json!([{ "t_s": now, "text": 5 }, { "t_s": now, "text": "kept" }]);
     let reports = format!("{mission}/reports");
