@@ -27,16 +27,18 @@ pub enum CraftMeasurement {
     WaterVelocity(Vector2<f64>),
 }
 
-/// The position of an AUV in one message.
+/// The position of an AUV in one message, or a range to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AuvFix {
     /// The AUV: its name, or its address on the wire as text.
     pub auv: String,
     /// Time of the position, s of Unix time.
     pub t_s: f64,
-    /// Position.
+    /// Position; of a range, that of the transducer.
     pub position: Origin,
-    /// Standard deviation of the position along either axis, m, if known.
+    /// Slant range from there, m, if no position was measured.
+    pub range_m: Option<f64>,
+    /// Standard deviation of the position along either axis, or of the range, m, if known.
     pub sigma_m: Option<f64>,
     /// Depth, m, positive down.
     pub depth_m: Option<f64>,

@@ -21,6 +21,9 @@ const TOO_FAR: &str = "farther than sound carries";
 /// Farthest AUV, greatest depth and worst accuracy accepted, m, against damaged numbers.
 const REACH_M: f64 = 20_000.0;
 
+/// Least slant range accepted, m.
+const RANGE_MIN_M: f64 = 0.1;
+
 /// Longest use of a depth, s. An AUV at 0.3 m/s and 50° of pitch dives 2.3 m in it.
 const DEPTH_KEPT_S: f64 = 10.0;
 
@@ -116,6 +119,7 @@ impl Georeference {
     ) -> Parsed<AuvFix> {
         let name = self.names.get(&observation.address).cloned();
         let auv = name.unwrap_or_else(|| format!("usbl-{}", observation.address));
+        let mut range_m = None;
         let (t_s, position, depth_m, sigma_m) = match observation.location {
             Location::Geographic(position) => (self.times(observation, 0.0).1, position, None, None),
             Location::Vector { axes, vector, has_depth } => {
@@ -139,6 +143,16 @@ impl Georeference {
                 let (_, t_s) = self.times(observation, sight.norm());
                 (t_s, place(mounting, &pose, &sight)?, Some(known.depth_m), Some(sigma))
             }
+            Location::Range(range) => {
+                reject_if(range < RANGE_MIN_M, NO_POSITION)?;
+                reject_if(!(RANGE_MIN_M..=REACH_M).contains(&range), TOO_FAR)?;
+                let (arrival_s, t_s) = self.times(observation, range);
+                let (mounting, pose) = self.craft(poses, arrival_s, received_s)?;
+                let known = self.depths.get(&auv);
+                let known = known.filter(|known| (known.t_s - arrival_s).abs() <= DEPTH_KEPT_S);
+                range_m = Some(range);
+                (t_s, end_of(mounting, &pose, &Vector3::zeros())?, known.map(|known| known.depth_m), None)
+            }
         };
         check_clock(t_s, received_s)?;
         // A modem that prints 0 states no accuracy.
@@ -146,7 +160,7 @@ impl Georeference {
         let (sigma_m, depth_m) = (stated.or(self.sigma_m), observation.depth_m.or(depth_m));
         let is_plausible = |metres: Option<f64>| metres.is_none_or(|metres| metres.abs() <= REACH_M);
         reject_if(!is_plausible(sigma_m) || !is_plausible(depth_m), TOO_FAR)?;
-        Ok(AuvFix { auv, t_s, position, sigma_m, depth_m, ground_velocity: None })
+        Ok(AuvFix { auv, t_s, position, range_m, sigma_m, depth_m, ground_velocity: None })
     }
 
     /// Times of arrival and sending of a signal from an AUV at `distance`, m.
@@ -200,6 +214,11 @@ fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Parsed<
     let length = sight.norm();
     reject_if(length == 0.0, NO_POSITION)?;
     reject_if(!(0.0..=REACH_M).contains(&length), TOO_FAR)?;
+    end_of(mounting, pose, sight)
+}
+
+/// The same of any `sight`: of none, the position of the transducer.
+fn end_of(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Parsed<Origin> {
     let from_reference = ned_from_craft(pose) * mounting.lever() + sight;
     let datum = Datum::new(&pose.position.into()).map_err(|_| NO_POSE)?;
     let place = Origin::from(datum.from_local(&from_reference.xy()));

@@ -57,6 +57,8 @@ pub(super) enum Location {
         /// Standard deviation of the direction, rad.
         sigma_rad: f64,
     },
+    /// At this distance from the transducer, m, in an unknown direction.
+    Range(f64),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,6 +8,7 @@
 //! | `north_m`, `east_m`, and `down_m` if known | transducer | true north, east, down |
 //! | `forward_m`, `starboard_m`, `down_m` | transducer | transducer's own |
 //! | `range_m`, `bearing_deg`, `elevation_deg` | transducer | its own: clockwise from forward, up |
+//! | `range_m` alone | transducer | none: a range, not a position |
 //!
 //! and further `id`, `depth_m`, `sigma_m`, `travel_time_s`, and `age_s` (since arrival) or `t_s`
 //! (when the AUV sent, s of Unix time). A pattern without `id` needs one name in `names`.
@@ -43,6 +44,7 @@ enum Form {
     North,
     Body,
     Polar,
+    Range,
 }
 
 const FORMS: [(Form, &[&str]); 4] = [
@@ -134,6 +136,7 @@ impl Pattern {
                 let elevation = fields.required("elevation_deg")?.to_radians();
                 Location::vector(Axes::Transducer, line_of_sight(bearing, elevation) * range)
             }
+            Form::Range => Location::Range(fields.positive("range_m")?.ok_or(MISSING)?),
         })
     }
 }
@@ -175,10 +178,12 @@ fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
         if let Some((_, first)) = found {
             return two_positions(first, given);
         }
-        if let Some(missing) = needed.iter().copied().find(|group| !groups.contains(group)) {
-            return lacks(given, missing);
-        }
-        found = Some((form, given));
+        let missing: Vec<_> = needed.iter().copied().filter(|group| !groups.contains(group)).collect();
+        found = match (form, &missing[..]) {
+            (_, []) => Some((form, given)),
+            (Form::Polar, ["bearing_deg", "elevation_deg"]) => Some((Form::Range, given)),
+            (_, [missing, ..]) => return lacks(given, missing),
+        };
     }
     let Some((form, given)) = found else {
         let says = "the pattern has no position: it needs lat_deg and lon_deg, or another kind of position";
@@ -186,6 +191,7 @@ fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
     };
     let has_down = groups.contains(&DOWN);
     match form {
+        Form::Range if has_down => two_positions(given, DOWN),
         Form::Body if !has_down => lacks(given, DOWN),
         Form::Geographic | Form::Polar if has_down => two_positions(given, DOWN),
         _ => Ok(form),
@@ -215,6 +221,7 @@ mod tests {
             (r"(?<id>\d)(?<range_m>.)(?<bearing_deg>.)", "lacks \"elevation"),
             (&format!(r"(?<id>\d){place}(?<north_m>.)(?<east_m>.)"), "two kinds"),
             (&format!(r"(?<id>\d){place}(?<down_m>.)"), "two kinds"),
+            (r"(?<id>\d)(?<range_m>.)(?<down_m>.)", "two kinds"),
             (r"(?<id>\d)(?<down_m>.)", "no position"),
             (place, "names has 0 entries"),
             (r"(?<id>\d", "not usable"),

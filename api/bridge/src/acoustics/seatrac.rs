@@ -58,10 +58,12 @@ pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observat
     reject_if(fix.is_doubtful, DOUBTFUL)?;
     let (location, depth_m) = match frame {
         Frame::Body => {
-            let (distance, (azimuth, elevation)) = fix.distance.zip(fix.angles).ok_or(NO_POSITION)?;
-            let vector = line_of_sight(azimuth, elevation) * distance;
-            (Location::vector(Axes::Transducer, vector), None)
+            let distance = fix.distance.ok_or(NO_POSITION)?;
+            let along = |(azimuth, elevation)| line_of_sight(azimuth, elevation) * distance;
+            let vector = fix.angles.map(|angles| Location::vector(Axes::Transducer, along(angles)));
+            (vector.unwrap_or(Location::Range(distance)), None)
         }
+        Frame::Earth if fix.position.is_none() => (Location::Range(fix.distance.ok_or(NO_POSITION)?), None),
         Frame::Earth => {
             let mut vector = fix.position.ok_or(NO_POSITION)?;
             let depth = vector.z;
@@ -227,7 +229,9 @@ mod tests {
             message.resize(bytes, 0);
             read(&line(&message), Frame::Earth, 0.0)
         };
-        assert_eq!(with_flags(RANGE_VALID, 27), Err(NO_POSITION));
+        let ranged = with_flags(RANGE_VALID, 27).map(|observation| observation.location);
+        assert_eq!(ranged, Ok(Location::Range(0.0)));
+        assert_eq!(with_flags(0, 17), Err(NO_POSITION));
         assert_eq!(with_flags(POSITION_VALID | POSITION_FLT_ERROR, 23), Err(DOUBTFUL));
         assert_eq!(with_flags(POSITION_VALID, 22), Err(TOO_SHORT));
         assert!(with_flags(POSITION_VALID, 23).is_ok());

@@ -240,6 +240,7 @@ fn fix(auv: &str) -> AuvFix {
         auv: auv.to_owned(),
         t_s: 0.0,
         position: state().position,
+        range_m: None,
         sigma_m: None,
         depth_m: None,
         ground_velocity: None,

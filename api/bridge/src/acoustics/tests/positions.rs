@@ -244,6 +244,21 @@ proptest! {
     }
 
     #[test]
+    fn a_range_is_from_the_transducer_as_the_craft_turned(world in world(), age in 0.0..5.0) {
+        let range = world.sight().norm();
+        let pattern = r"^(?<id>\d+) (?<range_m>\S+) after (?<age_s>\S+)$".to_owned();
+        let text = format!("3 {range:.4} after {age:.6}\n");
+        let fix = world.fix(ModemKind::Pattern { pattern }, &text, RECEIVED_S - age);
+        prop_assert!((fix.range_m.expect("is measured") - range).abs() < 1e-4);
+        let sent_s: f64 = RECEIVED_S - age - range / C;
+        prop_assert!((fix.t_s - sent_s).abs() < 1e-3);
+        // The AUV is as far from the place of the range as the sight is long horizontally.
+        let off: f64 = world.error(&fix) - world.sight().xy().norm();
+        prop_assert!(off.abs() < 0.02, "{off} m");
+        prop_assert_eq!(fix.depth_m, Some(world.depth));
+    }
+
+    #[test]
     fn patterns_give_the_auv_s_position(world in world(), age in 0.0..5.0) {
         let (frd, sight) = (world.local(), world.sight());
         let body = format!("at 3 {:.4} {:.4} {:.4} after {age:.6}\n", frd.x, frd.y, frd.z);
