@@ -191,9 +191,8 @@ fn form(groups: &[&str]) -> Result<Form, UnusableSettings> {
     };
     let has_down = groups.contains(&DOWN);
     match form {
-        Form::Range if has_down => two_positions(given, DOWN),
         Form::Body if !has_down => lacks(given, DOWN),
-        Form::Geographic | Form::Polar if has_down => two_positions(given, DOWN),
+        Form::Geographic | Form::Polar | Form::Range if has_down => two_positions(given, DOWN),
         _ => Ok(form),
     }
 }
