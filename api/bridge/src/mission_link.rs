@@ -9,6 +9,7 @@ use ::wire::mission::{
     AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
 };
 use ::wire::{Asc, Current, Report};
+use geodesy::Datum;
 use parking_lot::Mutex;
 use planner::angle::angle_of;
 use planner::snapshot::{REPORTS_MAX, ranges_by_shape};
@@ -20,7 +21,7 @@ use crate::arrivals::Arrivals;
 use crate::bridge_clock::BridgeClock;
 use crate::mission_client::{MissionClient, ServiceError};
 use crate::plan::Plan;
-use crate::{AuvFix, MeasuredState, Rejects};
+use crate::{AuvFix, MeasuredState, Origin, Rejects};
 
 /// Between two tries.
 const RETRY: Duration = Duration::from_millis(300);
@@ -141,7 +142,11 @@ impl MissionLink {
 
     /// Posts a fix soon, with Unix time.
     pub(crate) fn report_auv(&self, fix: &AuvFix) {
-        let report = auv_report(fix, self.shared.sigma_m, &mut self.shared.status.lock().clamped);
+        let mut status = self.shared.status.lock();
+        let origin = status.plan.as_ref().and_then(|plan| plan.answer.plan.origin);
+        let mut report = auv_report(fix, self.shared.sigma_m, &mut status.clamped);
+        drop(status);
+        report.from = origin.filter(|_| fix.range_m.is_some()).and_then(|origin| from(&origin, fix));
         let mut outbox = self.shared.outbox.lock();
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
     }
@@ -379,6 +384,13 @@ fn asc_report(t_s: f64, state: &MeasuredState, steered: bool, counts: &mut Rejec
     AscReport { t_s, state, current, steered }
 }
 
+/// The transducer of a range (north, east) of the mission's `origin`, m. Before the first plan nobody
+/// knows the origin: the mission then takes the craft's reported position.
+fn from(origin: &Origin, fix: &AuvFix) -> Option<[f64; 2]> {
+    let datum = Datum::new(&(*origin).into()).ok()?;
+    datum.to_local(&fix.position.into()).ok().map(Into::into)
+}
+
 fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {
     let mut within = |value: f64, member, name| clamped(value, ["Report", member], name, counts);
     let velocity = fix.ground_velocity;
@@ -387,7 +399,6 @@ fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {
         north_m: None,
         east_m: None,
         range_m: fix.range_m.map(|range| within(range, "range_m", "AUV's range")),
-        // The mission knows where the craft was.
         from: None,
         lat_deg: fix.range_m.is_none().then_some(fix.position.lat_deg),
         lon_deg: fix.range_m.is_none().then_some(fix.position.lon_deg),

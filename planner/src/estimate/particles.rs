@@ -48,7 +48,7 @@ const VARIANCE_MIN: f64 = 1e-9;
 /// Least probability density, so that no weight is lost in rounding.
 const DENSITY_MIN: f64 = 1e-300;
 
-/// What was measured of the position.
+/// A measurement of the position.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Seen {
     /// A slant range from a place, m. The depth is None if no report has one.

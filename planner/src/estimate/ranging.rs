@@ -34,7 +34,7 @@ pub struct Places {
     pub probability: f64,
 }
 
-/// What reports with ranges say.
+/// The estimate from reports with ranges.
 #[derive(Clone, Debug)]
 pub(crate) struct Ranged {
     pub(crate) cloud: Cloud,
@@ -47,7 +47,7 @@ pub(crate) struct Ranged {
 }
 
 impl Ranged {
-    /// What `reports`, at least one, in order of time, say.
+    /// Estimates from `reports`, at least one, in order of time.
     pub(crate) fn new(reports: &[(usize, Report)], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> Self {
         let claimed: Vec<_> = reports.iter().map(|(_, report)| sight(report, reports, tuned)).collect();
         let (inflation, cloud) = consistent(&claimed, tuned, due);

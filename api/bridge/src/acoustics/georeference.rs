@@ -217,7 +217,7 @@ fn place(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Parsed<
     end_of(mounting, pose, sight)
 }
 
-/// The same of any `sight`: of none, the position of the transducer.
+/// The position at the far end of `sight`, of any length: of 0, that of the transducer.
 fn end_of(mounting: &Mounting, pose: &CraftPose, sight: &Vector3<f64>) -> Parsed<Origin> {
     let from_reference = ned_from_craft(pose) * mounting.lever() + sight;
     let datum = Datum::new(&pose.position.into()).map_err(|_| NO_POSE)?;

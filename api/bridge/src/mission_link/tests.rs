@@ -317,6 +317,19 @@ fn the_service_reads_what_is_posted_as_places_on_earth() {
     assert!(!read.asc[0].steered);
 }
 
+#[test]
+fn a_range_is_posted_from_its_transducer_and_without_a_position() {
+    let ranged = AuvFix { range_m: Some(31.5), ..fix("auv-1") };
+    let report = auv_report(&ranged, 1.0, &mut Rejects::default());
+    assert_eq!((report.range_m, report.lat_deg, report.north_m), (Some(31.5), None, None));
+    // 0.001° of latitude, by the length of a minute.
+    let south = Origin { lat_deg: ranged.position.lat_deg - 0.001, ..ranged.position };
+    let [north, east] = from(&south, &ranged).expect("is near");
+    assert!((north - 0.06 * 1852.0).abs() < 1.0 && east.abs() < 1e-6, "{north} {east}");
+    let body = serde_json::to_value(Report { from: Some([1.0, 2.0]), ..report }).expect("is JSON");
+    assert_eq!((&body["from"], body.get("north_m")), (&json!([1.0, 2.0]), None));
+}
+
 // Several services that share the mission.
 
 #[tokio::test(start_paused = true)]
