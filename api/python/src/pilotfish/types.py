@@ -1254,6 +1254,9 @@ class PredictedAuv(TypedDict):
     heard: NotRequired[Heard | None]
     # The vehicle.
     id: str
+    # Places (north, east), m, at one of which it is, with their probabilities, if its ranges do not tell which: the
+    # positions are then their mean.
+    places: NotRequired[list[list[float]]]
     # Positions.
     positions: list[list[float]]
     # Times of fixes that the estimate does not use, on the mission's clock, s.
