@@ -12,11 +12,9 @@ use sim::guide::{Guidance, Guide, GuideError};
 /// Headings that are tried.
 const HEADINGS: u16 = 72;
 
-/// Standard deviation of an unknown navigation along either axis, m, as the planner assumes it.
-const UNKNOWN_SIGMA: f64 = 20.0;
-
 /// Sails at full speed on the heading after which the next measurements of all AUVs leave the least
-/// sum of variances. It knows the same estimates and forecasts as the planner.
+/// sum of variances. It knows the same estimates, forecasts and present variances as the planner, but
+/// neither keep-outs nor the area.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GreedyGuide;
 
@@ -32,13 +30,19 @@ impl Guide for GreedyGuide {
         let speed = snapshot.limits().speed_max;
         let forecast = GoalForecast::holding(snapshot, None);
         let after = localise.interval_s;
+        let unknown_sigma = snapshot.tuned().localise.unknown_sigma;
+        let unknown = || Matrix2::identity() * unknown_sigma.powi(2);
         let auvs: Vec<_> = (0..snapshot.auvs.len())
             .filter(|auv| localise.auvs.contains(&snapshot.auvs[*auv].id))
             .map(|auv| {
                 let there = &forecast.auvs()[auv];
-                let covariance = snapshot.estimates()[auv].state.covariance();
-                let block = covariance.map(|covariance| covariance.fixed_view::<2, 2>(0, 0).into_owned());
-                let covariance = block.unwrap_or_else(|| Matrix2::identity() * UNKNOWN_SIGMA.powi(2));
+                let given = localise.costs_now.get(&snapshot.auvs[auv].id);
+                let given = given.map(|cost| Matrix2::identity() * (0.5 * cost));
+                let estimated = || {
+                    let covariance = snapshot.estimates()[auv].state.covariance()?;
+                    Some(covariance.fixed_view::<2, 2>(0, 0).into_owned())
+                };
+                let covariance = given.or_else(estimated).unwrap_or_else(unknown);
                 (there.at(after).position, there.depth_at(after), covariance)
             })
             .collect();
