@@ -251,8 +251,8 @@ pub struct TargetEstimate {
     /// Root-mean-square error of the position now, m. Absent without `covariance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
-    /// The two places at one of which it is, the likelier first, if its ranges do not tell which; the
-    /// position above is then their mean.
+    /// Two possible places, the likelier first, if the ranges do not tell which is right. The position
+    /// above is then their mean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub places: Vec<TargetPlace>,
     /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.

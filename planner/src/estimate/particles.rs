@@ -195,7 +195,7 @@ fn started(first: &Sight, count: usize, tuned: &EstimateNumbers, normals: &Norma
             Seen::Position(at) => (at + Vector2::new(ahead, beside) * first.sigma, 0.0, 1.0),
             Seen::Range { from, range, depth } => {
                 let depth = depth.unwrap_or(range * noise.unit());
-                // As likely everywhere on the plane, as far as the range allows.
+                // Uniform over the disc that the range allows.
                 let farthest = ((range + 4.0 * first.sigma).powi(2) - depth * depth).max(1.0).sqrt();
                 let ring = ((range + first.sigma * ahead).powi(2) - depth * depth).max(0.0).sqrt();
                 let is_on_ring = noise.unit() < ON_RING && 0.0 < ring && ring < farthest;

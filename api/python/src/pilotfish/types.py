@@ -362,8 +362,8 @@ class Estimate(TypedDict):
     north_m: float
     # Northward velocity over ground at that time, m/s.
     north_mps: float
-    # The two places at one of which it is, the likelier first, if its ranges do not tell which; the position above
-    # is then their mean.
+    # Two possible places, the likelier first, if the ranges do not tell which is right. The position above is then
+    # their mean.
     places: NotRequired[list[Place]]
     # Root-mean-square error of the position now, m. Absent without `covariance`.
     position_sigma_m: NotRequired[float | None]
@@ -1254,7 +1254,7 @@ class PredictedAuv(TypedDict):
     heard: NotRequired[Heard | None]
     # The vehicle.
     id: str
-    # Places (north, east), m, at one of which it is, with their probabilities, if its ranges do not tell which: the
+    # Two possible places (north, east), m, with their probabilities, if the ranges do not tell which is right. The
     # positions are then their mean.
     places: NotRequired[list[list[float]]]
     # Positions.

@@ -32,7 +32,7 @@ pub(super) struct MissionState {
     /// The newest reports of each vehicle, in order of time.
     reports: BTreeMap<String, Vec<Report>>,
     asc: Option<AscReport>,
-    /// The newest positions of the surface craft: time, s, north and east, m. Ranges are from there.
+    /// Newest positions of the surface craft: time, s, north and east, m. They place its ranges.
     #[serde(default)]
     craft_track: Vec<[f64; 3]>,
     /// The last report of whether the craft is steered. No plan depends on it.
@@ -305,8 +305,8 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
     }
 }
 
-/// The position (north, east), m, on a `track` at `time`, s: between the neighbours, or the only one
-/// that is near enough.
+/// Interpolates a `track` at `time`, s: position (north, east), m. At an end, the nearest position within
+/// the accepted time.
 fn position_at(track: &[[f64; 3]], time: f64) -> Option<[f64; 2]> {
     let after = track.partition_point(|[then, ..]| *then < time);
     let is_near = |[then, ..]: &&[f64; 3]| (then - time).abs() <= RANGE_FROM_WITHIN;
