@@ -39,8 +39,24 @@ pub struct GoalForecast {
     offset: Option<Offset>,
     /// The figure on which the goal moves about the followed point.
     figure: Option<Figure>,
+    /// The way on which the goal moves instead, round what is in the way.
+    way: Option<Way>,
     /// Last course of the followed point in motion.
     course: Course,
+}
+
+/// Places at which the craft is to be, at increasing times after the snapshot, s, from now on.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Way(pub(crate) Vec<(f64, Vector2<f64>)>);
+
+impl Way {
+    /// Its motion `ahead` seconds after the snapshot; none after its end.
+    fn at(&self, ahead: f64) -> Option<Motion> {
+        let later = self.0.iter().position(|(time, _)| ahead < *time)?.max(1);
+        let [(begun, from), (arrived, to)] = [self.0.get(later - 1)?, self.0.get(later)?];
+        let velocity = (to - from) / (arrived - begun);
+        Some(Motion { position: from + velocity * (ahead - begun), velocity })
+    }
 }
 
 /// The AUV that a visit goal follows for some time.
@@ -138,6 +154,7 @@ impl GoalForecast {
             auvs,
             offset: snapshot.goal.offset,
             figure: None,
+            way: None,
             course: Course::new(0.0),
         };
         let now = forecast.followed(0.0);
@@ -162,6 +179,11 @@ impl GoalForecast {
         self
     }
 
+    /// The same goal, which moves on `way` until that ends.
+    pub(crate) fn by_way_of(self, way: Way) -> Self {
+        Self { way: Some(way), ..self }
+    }
+
     /// The figure of a goal that localises, or takes ranges in its visits.
     pub fn figure(&self) -> Option<&Figure> {
         self.figure.as_ref()
@@ -169,13 +191,16 @@ impl GoalForecast {
 
     /// `true` for a mean of AUVs, which is the same wherever the craft is.
     pub(crate) fn is_mean(&self) -> bool {
-        matches!(self.rule, Rule::Mean) && self.figure.is_none()
+        matches!(self.rule, Rule::Mean) && self.figure.is_none() && self.way.is_none()
     }
 
     /// The goal's motion `ahead` seconds after the snapshot.
     ///
     /// The velocity of an offset that turns includes ω × r.
     pub fn at(&self, ahead: f64) -> Motion {
+        if let Some(motion) = self.way.as_ref().and_then(|way| way.at(ahead)) {
+            return motion;
+        }
         let followed = self.followed(ahead);
         if let Some(figure) = &self.figure {
             let (place, velocity) = self.on(figure, ahead);
