@@ -17,6 +17,7 @@ pub(crate) mod ranges;
 pub(crate) mod reference;
 pub(crate) mod schedule;
 pub(crate) mod tagged;
+pub(crate) mod traffic;
 pub(crate) mod tuning;
 pub(crate) mod visit;
 pub(crate) mod water;

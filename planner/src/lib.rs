@@ -22,6 +22,7 @@
 //! | `visit/` | schedules of visits: the order and the times |
 //! | `localise/` | figures on which measurements from the craft fix AUVs |
 //! | `los/` | line-of-sight laws: baseline, first initial guess and fallback |
+//! | `avoid/` | other vessels: encounters, and manoeuvres that keep clear of them |
 //! | `problem/` | the sampled problem in the craft's frame; [`parameters`] has the tuned numbers |
 //! | `program/` | one convex subproblem as a second-order cone program in standard form |
 //! | `solve/` | Clarabel, the certificate that checks it, and the stop signal |
@@ -61,6 +62,7 @@
 //! **Deliberately absent:** input and output, clocks, randomness, logging, threads, hidden memory.
 //! The [`plan::Workspace`] saves time and changes no answer.
 
+mod avoid;
 mod choose;
 pub mod craft;
 pub mod estimate;

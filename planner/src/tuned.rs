@@ -1,5 +1,5 @@
 //! Numbers that were chosen by flights, for the folders `craft`, `estimate`, `predict`,
-//! `localise` and `visit`.
+//! `localise`, `visit` and `avoid`.
 //!
 //! The line of a number has its unit, on what it was chosen, and how sensitive it is;
 //! `docs/rationale.md` has the measurements. Numbers whose lines say nothing of a choice are
@@ -47,12 +47,14 @@ macro_rules! numbers {
     };
 }
 
+mod avoid;
 mod craft;
 mod estimate;
 mod forecast;
 mod localise;
 mod visit;
 
+pub use avoid::AvoidNumbers;
 pub use craft::CraftNumbers;
 pub use estimate::EstimateNumbers;
 pub use forecast::ForecastNumbers;
@@ -63,6 +65,8 @@ pub use visit::VisitNumbers;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(try_from = "BTreeMap<String, BTreeMap<String, f64>>")]
 pub struct Tuned {
+    /// Keeping clear of other vessels.
+    pub avoid: AvoidNumbers,
     /// Learning the craft, and its faults.
     pub craft: CraftNumbers,
     /// Estimates of AUVs.
@@ -78,6 +82,7 @@ pub struct Tuned {
 impl Tuned {
     /// The chosen numbers.
     pub const DEFAULT: Self = Self {
+        avoid: AvoidNumbers::DEFAULT,
         craft: CraftNumbers::DEFAULT,
         estimate: EstimateNumbers::DEFAULT,
         forecast: ForecastNumbers::DEFAULT,
@@ -89,6 +94,7 @@ impl Tuned {
     /// such number, or `value` is not above 0.
     fn set(&mut self, table: &str, name: &str, value: f64) -> Result<(), String> {
         let number = match table {
+            "avoid" => self.avoid.by_name(name),
             "craft" => self.craft.by_name(name),
             "estimate" => self.estimate.by_name(name),
             "forecast" => self.forecast.by_name(name),

@@ -15,6 +15,7 @@ use crate::{
         previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
         reference::{Reference, TrajectoryPoint},
         schedule::Schedule,
+        traffic::Avoidance,
         water::{Current, Drift},
     },
     los::law::LosLaw,
@@ -74,6 +75,8 @@ pub struct Plan {
     pub schedule: Option<Schedule>,
     /// Figure of a goal that localises AUVs; return it in the next request.
     pub figure: Option<Figure>,
+    /// What is done about other vessels, if any may come near; return it in the next request.
+    pub avoidance: Option<Avoidance>,
 }
 
 impl From<&Plan> for PreviousPlan {
@@ -94,6 +97,7 @@ impl From<&Plan> for PreviousPlan {
             targets: Some(plan.targets.iter().map(PreviousTarget::from).collect()),
             schedule: plan.schedule.clone(),
             figure: plan.figure.clone(),
+            avoidance: plan.avoidance.clone(),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Solved program → continued previous plan → saturated line of sight → hold.
 
 use crate::{
+    avoid::choose::Avoider,
     choose::{
         answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
         beside,
@@ -135,6 +136,7 @@ pub(crate) fn select_answer(
         range_unattainable: horizon.constraints.range_unattainable,
         schedule,
         figure: goal.figure().cloned(),
+        avoidance: goal.avoidance().cloned(),
     }
 }
 
@@ -169,6 +171,13 @@ pub fn scheduled_goal(
     let mut goal = GoalForecast::scheduled(snapshot, auvs, held, turns);
     if let Some((figure, auvs)) = figure {
         goal = goal.on_figure(figure, &auvs);
+    }
+    let avoider = Avoider { craft: parameters.planned(snapshot.craft_model()), due: &|| stop.is_due() };
+    if let Some(kept) = avoider.avoid(snapshot, &goal) {
+        goal = goal.clear_of(kept.vessels, kept.avoidance);
+        if let Some(way) = kept.way {
+            goal = goal.by_way_of(way);
+        }
     }
     (goal, scheduled.map(|scheduled| scheduled.schedule))
 }

@@ -12,6 +12,7 @@ use crate::facts::options::{Forecast, ForecastModel};
 use crate::facts::origin::Origin;
 use crate::facts::reference::{Reference, TrajectoryPoint};
 use crate::facts::schedule::Schedule;
+use crate::facts::traffic::Avoidance;
 use crate::facts::water::{Current, Drift};
 
 /// The last answer. The whole answer is accepted; only these members are read.
@@ -37,6 +38,8 @@ pub struct PreviousPlan {
     pub schedule: Option<Schedule>,
     /// Its figure, for a goal of the kind `localise`. Without it, nothing stabilises the figure.
     pub figure: Option<Figure>,
+    /// What it did about other vessels. Without it, encounters begin anew.
+    pub avoidance: Option<Avoidance>,
 }
 
 impl PreviousPlan {

@@ -63,6 +63,12 @@ pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
 /// craft to the most that a tending craft may be asked for.
 pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 
+/// Most vessels in one snapshot.
+pub const VESSELS_MAX: usize = 64;
+
+/// Distance to keep from a vessel, m: from a craft's own half length to that of a large ship.
+pub const VESSEL_SEPARATION: RangeInclusive<f64> = 1.0..=2000.0;
+
 /// The range of a member of a JSON object, by its name.
 pub type Range = (&'static str, RangeInclusive<f64>);
 
@@ -322,6 +328,26 @@ pub(crate) const CURRENT: [Range; 2] = [("north_mps", CURRENT_SPEED), ("east_mps
 pub(crate) const KEEP_OUT: [Range; 3] =
     [("north_m", COORDINATE), ("east_m", COORDINATE), ("radius_m", KEEP_OUT_RADIUS)];
 
+/// Another vessel, as far as it is known.
+pub(crate) const VESSEL: [Range; 8] = [
+    ("t_s", TIME),
+    ("north_m", COORDINATE),
+    ("east_m", COORDINATE),
+    ("course_rad", ANGLE),
+    ("speed_mps", 0.0..=60.0),
+    ("heading_rad", ANGLE),
+    ("length_m", 1.0..=500.0),
+    ("sigma_m", 0.0..=1.0e4),
+];
+
+/// The averaged velocity of a vessel in an earlier answer.
+pub(crate) const PAST_VESSEL: [Range; 4] =
+    [("t_s", TIME), ("north_mps", -60.0..=60.0), ("east_mps", -60.0..=60.0), ("count", 1.0..=1.0e6)];
+
+/// The manoeuvre of an earlier answer.
+pub(crate) const MANOEUVRE: [Range; 3] =
+    [("heading_rad", ANGLE), ("speed_mps", 0.0..=40.0), ("until_s", -2.0 * TIME_MAX..=2.0 * TIME_MAX)];
+
 /// A point of an earlier trajectory.
 pub(crate) const TRAJECTORY_POINT: [Range; 5] = [
     // Forecast points are later than now.
@@ -352,9 +378,16 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 37] = [
-        ("PlanRequest", &[("t_s", TIME), ("surfacing_separation_m", SURFACING_SEPARATION)]),
-        ("Live", &[("surfacing_separation_m", SURFACING_SEPARATION)]),
+    let tables: [(&str, &'static [Range]); 40] = [
+        ("PlanRequest", &[
+            ("t_s", TIME),
+            ("surfacing_separation_m", SURFACING_SEPARATION),
+            ("vessel_separation_m", VESSEL_SEPARATION),
+        ]),
+        ("Live", &[
+            ("surfacing_separation_m", SURFACING_SEPARATION),
+            ("vessel_separation_m", VESSEL_SEPARATION),
+        ]),
         ("Asc", &ASC),
         ("Asc", &ASC_GROUND),
         ("AuvState", &AUV_STATE),
@@ -382,6 +415,9 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("SurgeLoop", &SURGE_LOOP),
         ("Power", &POWER),
         ("KeepOut", &KEEP_OUT),
+        ("Vessel", &VESSEL),
+        ("Manoeuvre", &MANOEUVRE),
+        ("PastVessel", &PAST_VESSEL),
         ("Acoustics", &[("range_max_m", ACOUSTIC_RANGE)]),
         ("Current", &CURRENT),
         ("Drift", &CURRENT),

@@ -14,12 +14,14 @@ use crate::{
         options::Forecast,
         previous_plan::PreviousPlan,
         ranges::AUVS_MAX,
+        traffic::Avoidance,
     },
     predict::{
         forecast::{AuvForecast, Intent},
         motion::{Motion, course_from},
         offset::{Axes, displaced},
         smallest_circle::{Below, nearest_to_all},
+        vessel::VesselForecast,
     },
     snapshot::build::{KnownAuv, Snapshot},
 };
@@ -41,6 +43,10 @@ pub struct GoalForecast {
     figure: Option<Figure>,
     /// The way on which the goal moves instead, round what is in the way.
     way: Option<Way>,
+    /// What is done about other vessels, if any may come near.
+    avoidance: Option<Avoidance>,
+    /// The vessels to keep clear of.
+    vessels: Vec<VesselForecast>,
     /// Last course of the followed point in motion.
     course: Course,
 }
@@ -155,6 +161,8 @@ impl GoalForecast {
             offset: snapshot.goal.offset,
             figure: None,
             way: None,
+            avoidance: None,
+            vessels: Vec::new(),
             course: Course::new(0.0),
         };
         let now = forecast.followed(0.0);
@@ -182,6 +190,21 @@ impl GoalForecast {
     /// The same goal, which moves on `way` until that ends.
     pub(crate) fn by_way_of(self, way: Way) -> Self {
         Self { way: Some(way), ..self }
+    }
+
+    /// The same goal of a craft that keeps clear of `vessels`.
+    pub(crate) fn clear_of(self, vessels: Vec<VesselForecast>, avoidance: Avoidance) -> Self {
+        Self { vessels, avoidance: Some(avoidance), ..self }
+    }
+
+    /// The vessels to keep clear of.
+    pub(crate) fn vessels(&self) -> &[VesselForecast] {
+        &self.vessels
+    }
+
+    /// What is done about other vessels.
+    pub(crate) fn avoidance(&self) -> Option<&Avoidance> {
+        self.avoidance.as_ref()
     }
 
     /// The figure of a goal that localises, or takes ranges in its visits.

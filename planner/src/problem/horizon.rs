@@ -73,7 +73,7 @@ impl<'a> Horizon<'a> {
             previous,
             followed,
             weights: parameters.weights_for(snapshot, goal),
-            constraints: StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal.auvs()),
+            constraints: StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal),
             times,
         }
     }

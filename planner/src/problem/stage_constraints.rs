@@ -13,7 +13,9 @@ use crate::facts::bounds::KeepOut;
 use crate::facts::goal::Goal;
 use crate::facts::ranges::{AUVS_MAX, KEEP_OUTS_MAX};
 use crate::predict::forecast::AuvForecast;
+use crate::predict::goal::GoalForecast;
 use crate::predict::motion::Motion;
+use crate::predict::vessel::VesselForecast;
 use crate::problem::common_point::{Circle, have_a_common_point};
 use crate::problem::frame::Frame;
 use crate::problem::limits::{AcousticRange, Disc, Edge, MinimaxRange};
@@ -23,6 +25,10 @@ use crate::snapshot::build::Snapshot;
 
 /// Radius of an inactive disc, m. Its value decides at which share of an interval a disc appears.
 const NOT_THERE: f64 = -1.0;
+
+/// Most vessels from which a program keeps clear. Fewer are filled up to a power of two, so that
+/// programs have few shapes.
+const VESSELS_MOST: usize = 8;
 
 /// Limits of the craft's position, and the AUVs of a minimax range.
 #[derive(Clone, Debug)]
@@ -36,6 +42,9 @@ pub(crate) struct StageConstraints {
     /// Snapshot indices of the AUVs, in the order of their ranges and of the discs after the
     /// keep-outs: those that the goal names first.
     auvs: Vec<usize>,
+    /// Snapshot indices of the vessels that may come near, and the place of the first one's disc.
+    vessels: Vec<usize>,
+    first_vessel: usize,
     /// Snapshot indices of the AUVs whose range cannot be kept, ascending.
     pub(crate) range_unattainable: Vec<usize>,
 }
@@ -52,16 +61,17 @@ pub(crate) enum RangePriority {
 }
 
 impl StageConstraints {
-    /// The constraints at `times` after the snapshot, s, for the present goal position `goal` and
-    /// the `forecasts` of all AUVs in the snapshot's order.
+    /// The constraints at `times` after the snapshot, s, for `goal`, whose present position in the
+    /// craft's frame is `goal_now`.
     pub(crate) fn new(
         snapshot: &Snapshot,
         parameters: &Parameters,
         frame: &Frame,
         times: &[f64],
-        goal: &Vector2<f64>,
-        forecasts: &[AuvForecast],
+        goal_now: &Vector2<f64>,
+        goal: &GoalForecast,
     ) -> Self {
+        let forecasts = goal.auvs();
         // In geometric order, so that the order of names has no effect.
         let centres = snapshot.keep_outs.iter().map(KeepOut::centre);
         let keep_outs = sorted(centres, frame);
@@ -96,6 +106,10 @@ impl StageConstraints {
             };
             discs.extend(auvs.iter().map(moving));
         }
+        let (vessels, first_vessel) = (sampling.near_vessels(goal.vessels(), snapshot), discs.len());
+        discs.extend(vessels.iter().map(|vessel| sampling.vessel_disc(vessel)));
+        let filled = vessels.len().next_power_of_two().min(VESSELS_MOST);
+        discs.extend((vessels.len()..filled).filter(|_| !vessels.is_empty()).map(|_| sampling.no_disc()));
         let ranges = snapshot.range_max().map_or_else(Vec::new, |range_max| {
             let range = |auv: &usize| AcousticRange {
                 named: named(*auv),
@@ -112,9 +126,11 @@ impl StageConstraints {
             discs,
             keep_outs,
             auvs,
+            vessels: vessels.iter().map(|vessel| vessel.vessel).collect(),
+            first_vessel,
             range_unattainable: Vec::new(),
         };
-        constraints.give_up_unattainable_ranges(goal);
+        constraints.give_up_unattainable_ranges(goal_now);
         constraints
     }
 
@@ -169,8 +185,13 @@ impl StageConstraints {
 
     /// The discs about AUVs that may be at the surface, if a distance is to be kept.
     pub(crate) fn separations(&self) -> impl Iterator<Item = (Subject, &Disc)> {
-        let moving = self.discs.iter().skip(self.keep_outs.len());
+        let moving = &self.discs[self.keep_outs.len()..self.first_vessel];
         self.auvs.iter().copied().map(Subject::Auv).zip(moving)
+    }
+
+    /// The discs about vessels that may come near.
+    pub(crate) fn vessels(&self) -> impl Iterator<Item = (Subject, &Disc)> {
+        self.vessels.iter().copied().map(Subject::Vessel).zip(&self.discs[self.first_vessel..])
     }
 
     /// For a minimax goal: the squared range at stage k minus the least possible one, m².
@@ -288,6 +309,43 @@ impl Sampling<'_> {
         Disc {
             centres: self.positions_of(forecast),
             radii: self.times.iter().map(radius).collect(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// The nearest of `vessels` to which the craft could come too near, in geometric order.
+    fn near_vessels<'v>(&self, vessels: &'v [VesselForecast], snapshot: &Snapshot) -> Vec<&'v VesselForecast> {
+        let speed = snapshot.limits().speed_max + snapshot.current().norm();
+        let gap = |vessel: &VesselForecast| {
+            let at = |time: &f64| {
+                let distance = self.frame.position(&vessel.at(*time)).norm();
+                distance - vessel.radius(*time) - speed * time
+            };
+            self.times.iter().map(at).fold(f64::INFINITY, f64::min)
+        };
+        let mut near: Vec<_> = vessels.iter().map(|vessel| (gap(vessel), vessel)).collect();
+        near.retain(|(gap, _)| *gap < 0.0);
+        let place = |vessel: &VesselForecast| self.frame.position(&vessel.position);
+        near.sort_by(|(a, one), (b, other)| {
+            a.total_cmp(b).then_with(|| in_order(&place(one), &place(other)))
+        });
+        near.truncate(VESSELS_MOST);
+        near.into_iter().map(|(_, vessel)| vessel).collect()
+    }
+
+    fn vessel_disc(&self, vessel: &VesselForecast) -> Disc {
+        Disc {
+            centres: self.times.iter().map(|time| self.frame.position(&vessel.at(*time))).collect(),
+            radii: self.times.iter().map(|time| vessel.radius(*time)).collect(),
+            normals: Vec::new(),
+        }
+    }
+
+    fn no_disc(&self) -> Disc {
+        let n = self.times.len();
+        Disc {
+            centres: vec![Vector2::zeros(); n],
+            radii: vec![NOT_THERE; n],
             normals: Vec::new(),
         }
     }

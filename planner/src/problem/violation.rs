@@ -9,11 +9,11 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
     /// `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's
-    /// position uncertainty), `area`, `keep_out` or `surfacing_separation`.
+    /// position uncertainty), `area`, `keep_out`, `surfacing_separation` or `vessel_separation`.
     #[schema(value_type = String)]
     pub limit: SoftLimit,
     /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an
-    /// underwater vehicle (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
+    /// underwater vehicle (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`. Absent for limits of the craft's own motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub pointer: Option<Subject>,
@@ -34,6 +34,8 @@ pub enum Subject {
     KeepOut(usize),
     /// An AUV, by its index in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
+    /// A vessel, by its index in [`traffic`](crate::snapshot::PlanRequest::traffic).
+    Vessel(usize),
     /// The area to stay in.
     Area,
 }
@@ -43,6 +45,7 @@ impl fmt::Display for Subject {
         match self {
             Self::KeepOut(i) => write!(f, "/keep_outs/{i}"),
             Self::Auv(i) => write!(f, "/auvs/{i}"),
+            Self::Vessel(i) => write!(f, "/traffic/{i}"),
             Self::Area => f.write_str("/area"),
         }
     }
@@ -63,7 +66,8 @@ impl TryFrom<String> for Subject {
         let area = (pointer == "/area").then_some(Self::Area);
         let disc = || place("/keep_outs/").map(Self::KeepOut);
         let auv = || place("/auvs/").map(Self::Auv);
-        area.or_else(disc).or_else(auv).ok_or(pointer)
+        let vessel = || place("/traffic/").map(Self::Vessel);
+        area.or_else(disc).or_else(auv).or_else(vessel).ok_or(pointer)
     }
 }
 
@@ -83,6 +87,8 @@ pub enum SoftLimit {
     KeepOut,
     /// Distance to an AUV at the surface, m, priced as a keep-out.
     SurfacingSeparation,
+    /// Distance to another vessel, m, priced as a keep-out.
+    VesselSeparation,
 }
 
 impl SoftLimit {
@@ -91,7 +97,11 @@ impl SoftLimit {
         match self {
             Self::ForwardSpeed => Unit::MetresPerSecond,
             Self::TurnRate => Unit::MetresPerSecondSquared,
-            Self::AcousticRange | Self::Area | Self::KeepOut | Self::SurfacingSeparation => Unit::Metres,
+            Self::AcousticRange
+            | Self::Area
+            | Self::KeepOut
+            | Self::SurfacingSeparation
+            | Self::VesselSeparation => Unit::Metres,
         }
     }
 }

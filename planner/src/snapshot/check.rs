@@ -2,6 +2,7 @@
 
 mod evidence;
 mod localise;
+mod traffic;
 mod visit;
 
 use std::collections::{BTreeMap, HashSet};
@@ -23,7 +24,7 @@ use crate::facts::ranges::{
     ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE, ID_LENGTH_MAX,
     KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR, PATH, PREVIOUS_ASKED,
     PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT,
-    TRAJECTORY_POINTS_MAX, VISITS_MAX, WEIGHT,
+    TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISITS_MAX, WEIGHT,
 };
 use crate::facts::reference::TrajectoryPoint;
 use crate::facts::visit::Visits;
@@ -132,6 +133,7 @@ impl Check {
         }
         self.goal_length(&request.goal.goal);
         self.length(format_args!("/keep_outs"), request.keep_outs.len(), &(0..=KEEP_OUTS_MAX));
+        self.length(format_args!("/traffic"), request.traffic.len(), &(0..=VESSELS_MAX));
         if !request.area.is_empty() {
             self.length(format_args!("/area"), request.area.len(), &AREA_CORNERS);
         }
@@ -145,6 +147,10 @@ impl Check {
             if let Some(schedule) = &previous.schedule {
                 at_most(VISITS_MAX, "schedule/visits", schedule.visits.len());
                 at_most(AUVS_MAX, "schedule/costs", schedule.costs.len());
+            }
+            if let Some(avoidance) = &previous.avoidance {
+                at_most(VESSELS_MAX, "avoidance/encounters", avoidance.encounters.len());
+                at_most(VESSELS_MAX, "avoidance/vessels", avoidance.vessels.len());
             }
             if let Some(figure) = &previous.figure {
                 at_most(AUVS_MAX, "figure/vehicles", figure.vehicles.len());
@@ -184,6 +190,7 @@ impl Check {
         let bounds = bounds_faults(&request.keep_outs, &area, request.range_max());
         self.invalid.extend(bounds);
         self.invalid.extend(separation_fault(request.surfacing_separation_m));
+        self.traffic(&request.traffic, request.vessel_separation_m);
         if let Some(tuning) = &request.tuning {
             self.invalid.extend(tuning.faults("/tuning"));
         }
@@ -224,16 +231,7 @@ impl Check {
         let mut paths = Vec::with_capacity(auvs.len());
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
-            let id = &auv.id;
-            let place = format_args!("/auvs/{i}/id");
-            let too_long = FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes");
-            self.invalid.extend(too_long);
-            if id.0.chars().any(char::is_control) {
-                self.fail_name(place, "control_character", "a name has no control characters", id);
-            }
-            if !seen.insert(id) {
-                self.fail_name(place, "duplicate", "duplicate name", id);
-            }
+            self.new_name(&format!("/auvs/{i}/id"), &auv.id, &mut seen);
             self.evidence(i, auv, now);
             paths.push(auv.path.as_ref().and_then(|path| self.path(i, path)));
             if let Some(dive) = &auv.dive {
@@ -241,6 +239,23 @@ impl Check {
             }
         }
         paths
+    }
+
+    /// Checks a name that no earlier member of its list has.
+    fn new_name<'a>(&mut self, place: &str, id: &'a VehicleId, seen: &mut HashSet<&'a VehicleId>) {
+        self.name(place, id);
+        if !seen.insert(id) {
+            self.fail_name(format_args!("{place}"), "duplicate", "duplicate name", id);
+        }
+    }
+
+    fn name(&mut self, place: &str, id: &VehicleId) {
+        let too_long = FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes");
+        self.invalid.extend(too_long);
+        if id.0.chars().any(char::is_control) {
+            let detail = "a name has no control characters";
+            self.fail_name(format_args!("{place}"), "control_character", detail, id);
+        }
     }
 
     /// The path, if its segments join.
@@ -377,6 +392,9 @@ impl Check {
         }
         if let Some(figure) = &previous.figure {
             self.figure(figure);
+        }
+        if let Some(avoidance) = &previous.avoidance {
+            self.avoidance(avoidance);
         }
     }
 

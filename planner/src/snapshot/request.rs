@@ -18,6 +18,7 @@ use crate::facts::options::{Fallback, Forecast, Hold};
 use crate::facts::origin::Origin;
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget};
 use crate::facts::ranges::CURRENT_MAX;
+use crate::facts::traffic::Vessel;
 use crate::facts::tuning::Tuning;
 use crate::facts::water::Current;
 use crate::tuned::CraftNumbers;
@@ -77,6 +78,13 @@ pub struct PlanRequest {
     /// surface, m, from 0.5 to 100. Default: no limit.
     #[schema(example = 5.0)]
     pub surfacing_separation_m: Option<f64>,
+    /// Other vessels, at most 64, from AIS, radar or whatever tells of them. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traffic: Vec<Vessel>,
+    /// Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length and
+    /// a margin. Half the vessel's length and its uncertainty add to it. Default: 30.
+    #[schema(example = 50.0)]
+    pub vessel_separation_m: Option<f64>,
     /// Tuning of the planner: weights, horizon, iterations. Default: as in each member.
     pub tuning: Option<Tuning>,
     /// Forecast of the underwater vehicles. Default: `auto`.
@@ -129,6 +137,8 @@ impl PlanRequest {
             area: Vec::new(),
             acoustics: None,
             surfacing_separation_m: None,
+            traffic: Vec::new(),
+            vessel_separation_m: None,
             tuning: None,
             forecast: Forecast::Auto,
             fallback: Fallback::Los,
@@ -258,6 +268,11 @@ impl PlanRequest {
         let (track, states) = target
             .map_or_else(Default::default, |target| (target.track.as_slice(), target.states.as_slice()));
         ((self.forecast == Forecast::Auto).then_some(track), states)
+    }
+
+    /// Age of a vessel's position, s.
+    pub fn vessel_age(&self, vessel: &Vessel) -> f64 {
+        vessel.t_s.map_or(0.0, |then| (self.t_s - then).max(0.0))
     }
 
     /// Says of each recent range without `from` where the craft was then.

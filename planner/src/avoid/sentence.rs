@@ -1,0 +1,70 @@
+//! One sentence that explains what the craft does about other vessels.
+
+use nalgebra::Vector2;
+
+use crate::avoid::scene::Scene;
+use crate::avoid::trial::{Outcome, Trial};
+use crate::facts::traffic::EncounterKind;
+use crate::snapshot::build::Snapshot;
+
+/// Least turn that is told, rad.
+const TOLD: f64 = 0.1;
+
+/// Names the first vessel for which the craft acts, or else the first one, what the craft does, and
+/// where that leaves the vessel.
+pub(crate) fn sentence(
+    snapshot: &Snapshot,
+    scene: &Scene,
+    outcome: &Outcome,
+    acts: &[bool],
+    trial: Option<&Trial>,
+) -> String {
+    let met = || (0..acts.len()).filter(|i| scene.others[*i].kind.is_some());
+    let Some(first) = met().find(|i| acts[*i]).or_else(|| met().next()) else {
+        return String::new();
+    };
+    let (other, passing) = (&scene.others[first], &outcome.passings[first]);
+    let name = snapshot.traffic[other.forecast.vessel].called();
+    let does = match other.kind {
+        Some(EncounterKind::HeadOn) => format!("meeting {name} head-on"),
+        Some(EncounterKind::CrossingGiveWay) => format!("giving way to {name}"),
+        Some(EncounterKind::Overtaking) => format!("overtaking {name}"),
+        Some(EncounterKind::CrossingStandOn | EncounterKind::Overtaken) if acts[first] => {
+            format!("keeping clear of {name}, which does not give way")
+        }
+        Some(EncounterKind::CrossingStandOn | EncounterKind::Overtaken) => {
+            format!("standing on, {name} is to give way")
+        }
+        Some(EncounterKind::KeepClear) | None => format!("keeping clear of {name}"),
+    };
+    let turn = trial.and_then(|trial| trial.heading).filter(|turn| TOLD < turn.abs());
+    let action = match (turn, trial) {
+        (Some(turn), _) => {
+            let side = if turn < 0.0 { "port" } else { "starboard" };
+            format!(": turns {:.0}° to {side}", turn.abs().to_degrees())
+        }
+        (None, Some(trial)) if trial.heading.is_none() => {
+            format!(": slows down to {:.1} m/s", trial.speed)
+        }
+        (None, Some(_)) => ": keeps its course".to_owned(),
+        (None, None) => String::new(),
+    };
+    let more = match met().count() - 1 {
+        0 => String::new(),
+        1 => " (and 1 more vessel)".to_owned(),
+        more => format!(" (and {more} more vessels)"),
+    };
+    let side = beside(&passing.place);
+    format!("{does}{action}, passes {:.0} m {side}{more}", passing.distance)
+}
+
+/// Where a place along and to starboard of a vessel is.
+fn beside(place: &Vector2<f64>) -> &'static str {
+    if place.y.abs() < place.x.abs() {
+        if place.x < 0.0 { "astern" } else { "ahead" }
+    } else if place.y < 0.0 {
+        "on its port side"
+    } else {
+        "on its starboard side"
+    }
+}

@@ -1,0 +1,196 @@
+//! A manoeuvre, sailed by a rolled-out craft among the forecast vessels.
+
+use nalgebra::{Rotation2, Vector2};
+use smallvec::SmallVec;
+
+use crate::avoid::encounter::SPEED_UNDER_WAY;
+use crate::avoid::scene::{Other, STEPS, Scene};
+use crate::facts::angle::{starboard_of, wrap};
+use crate::facts::traffic::EncounterKind;
+
+/// Least share of its speed that a craft keeps in a turn.
+const SPEED_IN_TURN: f64 = 0.3;
+
+/// Time for which a vessel's way ahead of it belongs to it, s.
+const AHEAD: f64 = 120.0;
+
+/// Time over which depth counts as much as the greatest, s.
+const DEPTH_TIME: f64 = 30.0;
+
+/// A heading, from the bow, and a largest speed that are held until a time, s; then the craft goes
+/// for its goal. Without a heading it does so at once, at that speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trial {
+    pub(crate) heading: Option<f64>,
+    pub(crate) speed: f64,
+    pub(crate) until: f64,
+    /// Share by which vessels are passed farther off than they must be: noise then does not end it.
+    pub(crate) margin: f64,
+}
+
+/// How a vessel passes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passing {
+    /// Least distance beyond the one to keep, m, and the time of it, s.
+    pub(crate) clearance: f64,
+    pub(crate) time: f64,
+    /// Distance at that time, m.
+    pub(crate) distance: f64,
+    /// Time at which it first comes too near, s.
+    pub(crate) too_near: Option<f64>,
+    /// The craft at the least clearance, along the vessel's course and to starboard of it, m.
+    pub(crate) place: Vector2<f64>,
+    /// `true` if the craft passes on the side that the encounter forbids.
+    pub(crate) is_wrong_side: bool,
+}
+
+/// Outcome of a trial.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    /// Cost, m of distance from the goal.
+    pub(crate) cost: f64,
+    /// Of each vessel of the scene.
+    pub(crate) passings: SmallVec<[Passing; 16]>,
+}
+
+impl Scene {
+    /// Sails `trial`, and shows each place to `see`; none if it costs `least` or more.
+    pub(crate) fn sail(
+        &self,
+        trial: &Trial,
+        least: f64,
+        mut see: impl FnMut(Vector2<f64>),
+    ) -> Option<Outcome> {
+        let (dt, tuned) = (self.dt(), &self.tuned);
+        let (mut position, mut bow, mut speed) = (Vector2::zeros(), Vector2::new(1.0, 0.0), self.speed_now);
+        let mut passings: SmallVec<[Passing; 16]> =
+            self.others.iter().map(|other| Passing::begun(other, &position)).collect();
+        let (mut tracking, mut deepest, mut depths) = (0.0, 0.0_f64, 0.0);
+        see(position);
+        for k in 0..STEPS {
+            let (time, before) = (dt * k as f64, position);
+            let wider = 1.0 + trial.margin;
+            self.step(trial, k, &mut position, &mut bow, &mut speed);
+            see(position);
+            tracking += (position - self.goal[k + 1].position).norm();
+            let mut depth = self.breach(&position);
+            for (other, passing) in self.others.iter().zip(&mut passings) {
+                passing.step(other, time, dt, [&before, &position]);
+                let here = (position - other.forecast.at(time + dt)).norm();
+                depth = depth.max(wider * other.forecast.radius(time + dt) - here);
+            }
+            deepest = deepest.max(depth);
+            depths += depth.max(0.0) * dt / DEPTH_TIME;
+            if least <= tracking / STEPS as f64 + tuned.depth_price * (deepest + depths) {
+                return None;
+            }
+        }
+        let least_clear = |passing: &Passing| {
+            trial.margin * (passing.distance - passing.clearance) - passing.clearance
+        };
+        let between = passings.iter().map(least_clear).fold(deepest, f64::max);
+        let price = |(other, passing): (&Other, &Passing)| {
+            let changes = other.side.is_some_and(|side| side * passing.place.y < 0.0);
+            let wrong = if passing.is_wrong_side { tuned.side_price } else { 0.0 };
+            wrong + if changes { tuned.other_side_price } else { 0.0 }
+        };
+        let sides: f64 = self.others.iter().zip(&passings).map(price).sum();
+        let cost = tracking / STEPS as f64 + tuned.depth_price * (between + depths) + sides;
+        (cost < least).then_some(Outcome { cost, passings })
+    }
+
+    /// Moves the craft through step `k`.
+    fn step(
+        &self,
+        trial: &Trial,
+        k: usize,
+        position: &mut Vector2<f64>,
+        bow: &mut Vector2<f64>,
+        speed: &mut f64,
+    ) {
+        let (dt, limits) = (self.dt(), &self.craft.limits);
+        let holds = dt * (k as f64) < trial.until;
+        let most = if holds { trial.speed } else { limits.speed_max };
+        let wanted = match trial.heading {
+            Some(heading) if holds => Vector2::new(heading.cos(), heading.sin()) * most,
+            _ => {
+                let goal = &self.goal[k];
+                let off = goal.position - *position;
+                // Over long steps no faster than one closes the distance.
+                goal.velocity + off * self.tuned.pursuit_rate.min(0.5 / dt) - self.current
+            }
+        };
+        let turn = wrap(bow.perp(&wanted).atan2(bow.dot(&wanted)));
+        let turn_most = limits.turn_rate_max * dt;
+        *bow = Rotation2::new(turn.clamp(-turn_most, turn_most)) * *bow;
+        let left = (turn.abs() - turn_most).max(0.0).cos().max(SPEED_IN_TURN);
+        let wanted = (wanted.norm().min(most) * left).max(limits.speed_min);
+        let (slower, faster) = (limits.deceleration_max * dt, limits.acceleration_max * dt);
+        *speed += (wanted - *speed).clamp(-slower, faster);
+        *position += (*bow * *speed + self.current) * dt;
+    }
+
+    /// Depth outside the area or within a keep-out, m; negative if neither.
+    fn breach(&self, position: &Vector2<f64>) -> f64 {
+        let discs = self.discs.iter().map(|(centre, radius)| radius - (position - centre).norm());
+        let corners = self.area.iter();
+        let sides = corners.clone().zip(corners.cycle().skip(1));
+        let edges = sides.map(|(from, to)| -(to - from).normalize().perp(&(position - from)));
+        discs.chain(edges).fold(f64::NEG_INFINITY, f64::max)
+    }
+}
+
+impl Passing {
+    fn begun(other: &Other, craft: &Vector2<f64>) -> Self {
+        let distance = (craft - other.forecast.at(0.0)).norm();
+        let clearance = distance - other.forecast.radius(0.0);
+        Self {
+            clearance,
+            time: 0.0,
+            distance,
+            too_near: (clearance < 0.0).then_some(0.0),
+            place: other.beside(craft, 0.0),
+            is_wrong_side: false,
+        }
+    }
+
+    /// Goes on by the step at `time` that leads the craft from one place to the next.
+    fn step(&mut self, other: &Other, time: f64, dt: f64, [before, after]: [&Vector2<f64>; 2]) {
+        let [from, to] = [other.beside(before, time), other.beside(after, time + dt)];
+        // Fast vessels pass between two steps.
+        let chord = to - from;
+        let length = chord.norm_squared();
+        let share = if length > 0.0 { (-from.dot(&chord) / length).clamp(0.0, 1.0) } else { 0.0 };
+        let (nearest, at) = (from + chord * share, time + share * dt);
+        let clearance = nearest.norm() - other.forecast.radius(at);
+        if clearance < self.clearance {
+            (self.clearance, self.time) = (clearance, at);
+            (self.distance, self.place) = (nearest.norm(), nearest);
+        }
+        if clearance < 0.0 && self.too_near.is_none() {
+            self.too_near = Some(at);
+        }
+        let speed = other.forecast.velocity.norm();
+        let crosses = from.y * to.y < 0.0;
+        let along = if crosses { from.x - from.y * (to.x - from.x) / (to.y - from.y) } else { 0.0 };
+        let ahead = 0.0 < along && along < (AHEAD * speed).max(3.0 * other.forecast.radius(at));
+        self.is_wrong_side |= match other.kind {
+            Some(EncounterKind::CrossingGiveWay | EncounterKind::Overtaking) => crosses && ahead,
+            // Abeam of each other, the vessel has the craft on its port side.
+            Some(EncounterKind::HeadOn) => to.x < 0.0 && 0.0 <= from.x && 0.0 < to.y,
+            _ => false,
+        };
+    }
+}
+
+impl Other {
+    /// `craft` at `time`, along the vessel's course and to starboard of it, m; of a vessel without
+    /// a course, in the scene's axes.
+    fn beside(&self, craft: &Vector2<f64>, time: f64) -> Vector2<f64> {
+        let there = craft - self.forecast.at(time);
+        match self.forecast.velocity.try_normalize(SPEED_UNDER_WAY) {
+            Some(along) => Vector2::new(there.dot(&along), there.dot(&starboard_of(along))),
+            None => there,
+        }
+    }
+}

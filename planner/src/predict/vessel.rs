@@ -1,0 +1,122 @@
+//! Forecasts of other vessels, with the distance to keep from them.
+
+use nalgebra::Vector2;
+
+use crate::facts::traffic::{PastVessel, VESSEL_SEPARATION_DEFAULT, Vessel};
+use crate::predict::motion::Motion;
+use crate::snapshot::build::Snapshot;
+use crate::tuned::AvoidNumbers;
+
+/// Age of a position of a vessel under way from which it is stale, s: four reports of the slowest
+/// transponder at usual speed.
+pub(crate) const VESSEL_STALE: f64 = 120.0;
+
+/// Age from which it says nothing of a vessel under way, s.
+pub(crate) const VESSEL_LOST: f64 = 900.0;
+
+/// A vessel from now on, at constant velocity.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct VesselForecast {
+    /// Its index in the snapshot.
+    pub(crate) vessel: usize,
+    /// Position now, m.
+    pub(crate) position: Vector2<f64>,
+    /// Velocity over ground, m/s; zero if not known.
+    pub(crate) velocity: Vector2<f64>,
+    /// Number of positions over which the velocity is averaged.
+    pub(crate) count: f64,
+    /// Distance to keep from a position without error, m.
+    separation: f64,
+    /// Standard deviation of the reported position, m, of its velocity, m/s, and the position's age, s.
+    sigma: f64,
+    sigma_velocity: f64,
+    age: f64,
+    growth_max: f64,
+}
+
+impl VesselForecast {
+    /// The forecasts of the vessels of `snapshot` that it still knows of.
+    pub(crate) fn all(snapshot: &Snapshot) -> impl Iterator<Item = Self> {
+        let previous = snapshot.previous_plan.as_ref();
+        let past = previous.and_then(|plan| plan.avoidance.as_ref()).map_or(&[][..], |known| &known.vessels);
+        let vessels = snapshot.traffic.iter().enumerate();
+        vessels.filter_map(move |(i, vessel)| {
+            let age = snapshot.vessel_age(vessel);
+            let past = past.iter().find(|past| past.id == vessel.id);
+            let tuned = &snapshot.tuned().avoid;
+            let (velocity, count) = averaged(vessel, snapshot.t_s - age, past, tuned);
+            let known = Self::new(i, vessel, (velocity, count), age, snapshot.vessel_separation_m, tuned);
+            (vessel.is_made_fast() || age < VESSEL_LOST).then_some(known)
+        })
+    }
+
+    fn new(
+        i: usize,
+        vessel: &Vessel,
+        (velocity, count): (Option<Vector2<f64>>, f64),
+        age: f64,
+        separation: Option<f64>,
+        tuned: &AvoidNumbers,
+    ) -> Self {
+        let sigma_velocity = match velocity {
+            _ if vessel.is_made_fast() => 0.0,
+            Some(velocity) => tuned.sigma_velocity + tuned.sigma_velocity_share * velocity.norm(),
+            None => vessel.speed_mps.unwrap_or(tuned.unknown_speed),
+        };
+        let known = velocity.unwrap_or_else(Vector2::zeros);
+        Self {
+            vessel: i,
+            position: vessel.position() + known * age,
+            velocity: known,
+            count,
+            separation: vessel.half_length() + separation.unwrap_or(VESSEL_SEPARATION_DEFAULT),
+            sigma: vessel.sigma(),
+            sigma_velocity,
+            age,
+            growth_max: tuned.growth_max,
+        }
+    }
+
+    /// The same forecast with other coordinates.
+    pub(crate) fn seen_from(&self, motion: impl Fn(&Motion) -> Motion) -> Self {
+        let Motion { position, velocity } =
+            motion(&Motion { position: self.position, velocity: self.velocity });
+        Self { position, velocity, ..*self }
+    }
+
+    /// Its position `ahead` seconds after the snapshot, m.
+    pub(crate) fn at(&self, ahead: f64) -> Vector2<f64> {
+        self.position + self.velocity * ahead
+    }
+
+    /// Distance to keep from that position, m: half its length, the distance to keep, and a standard
+    /// deviation, which grows with its age.
+    pub(crate) fn radius(&self, ahead: f64) -> f64 {
+        let grown = self.sigma.hypot(self.sigma_velocity * (self.age + ahead));
+        self.separation + grown.min(self.growth_max)
+    }
+}
+
+/// The velocity of a vessel, m/s, averaged over its positions of the last `velocity_memory`, and their
+/// number; none if it is not known. A vessel that turns or changes its speed begins anew.
+fn averaged(
+    vessel: &Vessel,
+    time: f64,
+    past: Option<&PastVessel>,
+    tuned: &AvoidNumbers,
+) -> (Option<Vector2<f64>>, f64) {
+    let (Some(given), Some(past)) = (vessel.velocity(), past) else {
+        return (vessel.velocity(), 1.0);
+    };
+    let (before, elapsed) = (Vector2::new(past.north_mps, past.east_mps), time - past.t_s);
+    let differs = tuned.velocity_change + tuned.velocity_change_share * before.norm();
+    if !(0.0..=VESSEL_LOST).contains(&elapsed) || differs < (given - before).norm() {
+        (Some(given), 1.0)
+    } else if elapsed == 0.0 {
+        (Some(before), past.count)
+    } else {
+        let count = past.count + 1.0;
+        let share = (1.0 / count).max(elapsed / tuned.velocity_memory).min(1.0);
+        (Some(before + (given - before) * share), count)
+    }
+}

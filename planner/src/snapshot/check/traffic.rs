@@ -1,0 +1,54 @@
+//! Checks of other vessels, and of what an earlier answer did about them.
+
+use std::collections::HashSet;
+
+use super::Check;
+use crate::facts::auv::VehicleId;
+use crate::facts::field_error::FieldError;
+use crate::facts::ranges::{FORESEEN, MANOEUVRE, PAST_VESSEL, VESSEL, VESSEL_SEPARATION};
+use crate::facts::traffic::{Avoidance, Vessel};
+
+impl Check {
+    pub(super) fn traffic(&mut self, vessels: &[Vessel], separation: Option<f64>) {
+        let mut seen = HashSet::new();
+        for (i, vessel) in vessels.iter().enumerate() {
+            let field = format!("/traffic/{i}");
+            self.new_name(&format!("{field}/id"), &vessel.id, &mut seen);
+            if let Some(name) = vessel.name.as_ref().filter(|name| !name.is_empty()) {
+                self.name(&format!("{field}/name"), &VehicleId(name.clone()));
+            }
+            let values = [
+                vessel.t_s,
+                Some(vessel.north_m),
+                Some(vessel.east_m),
+                vessel.course_rad,
+                vessel.speed_mps,
+                vessel.heading_rad,
+                vessel.length_m,
+                vessel.sigma_m,
+            ];
+            for ((name, range), value) in VESSEL.iter().zip(values) {
+                let outside = |value| FieldError::outside(format_args!("{field}/{name}"), value, range);
+                self.invalid.extend(value.and_then(outside));
+            }
+        }
+        if let Some(separation) = separation {
+            self.within(format_args!("/vessel_separation_m"), separation, &VESSEL_SEPARATION);
+        }
+    }
+
+    pub(super) fn avoidance(&mut self, avoidance: &Avoidance) {
+        for (i, past) in avoidance.vessels.iter().enumerate() {
+            let values = [past.t_s, past.north_mps, past.east_mps, past.count];
+            self.numbers(&format!("/previous_plan/avoidance/vessels/{i}"), &PAST_VESSEL, values);
+        }
+        for (i, met) in avoidance.encounters.iter().enumerate() {
+            let place = format_args!("/previous_plan/avoidance/encounters/{i}/starboard_m");
+            self.within(place, met.starboard_m, &FORESEEN);
+        }
+        if let Some(manoeuvre) = &avoidance.manoeuvre {
+            let values = [manoeuvre.heading_rad, manoeuvre.speed_mps, manoeuvre.until_s];
+            self.numbers("/previous_plan/avoidance/manoeuvre", &MANOEUVRE, values);
+        }
+    }
+}

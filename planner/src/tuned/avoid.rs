@@ -1,0 +1,40 @@
+numbers! {
+    /// Numbers of keeping clear of other vessels.
+    AvoidNumbers {
+        /// Standard deviation of a vessel's velocity along either axis, m/s, at rest: AIS's resolution.
+        sigma_velocity = 0.05,
+        /// Growth of it with the vessel's speed: a course error of half a degree, the mean of several
+        /// reports.
+        sigma_velocity_share = 0.01,
+        /// Standard deviation of the velocity of a vessel whose speed is not known, m/s.
+        unknown_speed = 1.5,
+        /// Time over which its reported velocities are averaged, s.
+        velocity_memory = 60.0,
+        /// A reported velocity that differs from the average by this, m/s, and this share of it is a turn
+        /// or a change of speed: 6°.
+        velocity_change = 0.4,
+        velocity_change_share = 0.1,
+        /// Most that uncertainty adds to a distance to keep, m.
+        growth_max = 50.0,
+        /// Time over which a way is sailed ahead, s.
+        look_ahead = 300.0,
+        /// Share of the distance to keep by which the way to the goal must be clear to end a manoeuvre.
+        end_margin = 0.1,
+        /// Share of the distance to keep by which a new manoeuvre passes farther off.
+        pass_margin = 0.15,
+        /// Share of it by which the present manoeuvre may pass nearer, as far as uncertainty has grown.
+        kept_margin = 0.1,
+        /// Multiple of the time that it takes to leave a vessel's way at which a craft that stands on acts.
+        act_share = 1.5,
+        /// Price of a metre too near, m of distance from the goal.
+        depth_price = 100.0,
+        /// Price of a pass on the wrong side, m of distance from the goal.
+        side_price = 300.0,
+        /// Price of a pass on another side than was meant, m of distance from the goal.
+        other_side_price = 60.0,
+        /// Price of another manoeuvre than the present one, m of distance from the goal.
+        change_price = 10.0,
+        /// Rate at which a rolled-out craft closes the distance to its goal, 1/s.
+        pursuit_rate = 0.2,
+    }
+}
