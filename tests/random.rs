@@ -14,7 +14,7 @@ use planner::{
     snapshot::{
         Acoustics, Asc, Auv, AuvState, Current, DeclaredPath, Dive, Drift, Forecast, Goal, GroundTrack, Hold,
         KeepOut, Limits, Offset, PlanRequest, PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget,
-        Report, Task, TrajectoryPoint, Tuning, VehicleId,
+        Report, Task, TrajectoryPoint, Tuning, VehicleId, Vessel, VesselStatus,
     },
 };
 use rand::{RngExt, SeedableRng};
@@ -52,6 +52,7 @@ pub fn tuning(seed: u64) -> Tuning {
     }
 }
 
+#[derive(Clone)]
 struct Draw {
     rng: ChaCha8Rng,
     ugly: bool,
@@ -134,7 +135,11 @@ impl Draw {
             1 => Some(Offset::target(by)),
             _ => None,
         };
+        // A generator of its own: vessels change nothing else of a snapshot.
+        let (traffic, vessel_separation_m) = self.clone().traffic(&asc, time);
         PlanRequest {
+            traffic,
+            vessel_separation_m,
             current: self.chance(0.6).then(|| self.current()),
             limits: Some(limits.into()),
             craft: Some(craft),
@@ -157,6 +162,35 @@ impl Draw {
             previous_plan,
             ..PlanRequest::new(time, asc, auvs, Task { goal, offset })
         }
+    }
+
+    /// Vessels, in a third of the snapshots, and the distance to keep from them.
+    fn traffic(&mut self, asc: &Asc, time: f64) -> (Vec<Vessel>, Option<f64>) {
+        if self.chance(0.67) {
+            return (Vec::new(), None);
+        }
+        let n_vessels = self.rng.random_range(1..if self.ugly { 12 } else { 3 });
+        let vessel = |i: usize| {
+            let place = self.place(asc.position(), 400.0);
+            let age = self.number((0.0, 20.0), (-2.0, 1000.0));
+            Vessel {
+                id: format!("vessel {i}").as_str().into(),
+                name: None,
+                t_s: self.chance(0.8).then_some((time - age).clamp(-1.0e11, 1.0e11)),
+                north_m: place.x,
+                east_m: place.y,
+                lat_deg: None,
+                lon_deg: None,
+                course_rad: self.chance(0.9).then(|| self.angle()),
+                speed_mps: self.chance(0.9).then(|| self.number((0.0, 10.0), (0.0, 60.0))),
+                heading_rad: self.chance(0.3).then(|| self.angle()),
+                length_m: self.chance(0.7).then(|| self.number((5.0, 100.0), (1.0, 500.0))),
+                sigma_m: self.chance(0.5).then(|| self.number((1.0, 20.0), (0.0, 1.0e4))),
+                status: [VesselStatus::UnderWay, VesselStatus::AtAnchor][usize::from(self.chance(0.2))],
+            }
+        };
+        let vessels = (0..n_vessels).map(vessel).collect();
+        (vessels, self.chance(0.7).then(|| self.number((5.0, 60.0), (1.0, 2.0e3))))
     }
 
     fn current(&mut self) -> Current {
@@ -342,6 +376,7 @@ impl Draw {
             targets: Some(auvs.iter().map(|auv| self.previous_target(auv, asc, time)).collect()),
             schedule: None,
             figure: None,
+            avoidance: None,
         }
     }
 

@@ -85,7 +85,7 @@ pub use choose::plan::{self, Plan, Workspace, plan};
 pub use facts::{angle, path};
 pub use localise::candidates::FixedFigure;
 pub use nalgebra;
-pub use predict::{forecast, goal, smallest_circle};
+pub use predict::{forecast, goal, smallest_circle, vessel};
 pub use problem::parameters::{self, Parameters};
 pub use program::sparse;
 pub use snapshot::{Asc, Auv, AuvState, Goal, Limits, PlanRequest, PreviousPlan, Snapshot, VehicleId};

@@ -8,4 +8,4 @@ pub mod goal;
 pub(crate) mod motion;
 pub(crate) mod offset;
 pub mod smallest_circle;
-pub(crate) mod vessel;
+pub mod vessel;

@@ -95,7 +95,13 @@ fn draw(seed: u64, n: RangeInclusive<usize>, craft: &str, turning: f64) -> Drawn
     let medusa = Hull { limits: Limits::MEDUSA, heading_lag: 1.0, speed_lag: 3.0 };
     let hull = match craft {
         "otter" => Hull {
-            limits: Limits { speed_max: 3.0, turn_rate_max: 0.4, acceleration_max: 0.3, deceleration_max: 0.3, ..Limits::MEDUSA },
+            limits: Limits {
+                speed_max: 3.0,
+                turn_rate_max: 0.4,
+                acceleration_max: 0.3,
+                deceleration_max: 0.3,
+                ..Limits::MEDUSA
+            },
             ..medusa
         },
         "random" => Hull {
@@ -178,7 +184,8 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
         }
         let state = AuvState { north_m: auv.x, east_m: auv.y, ..drawn.auv.clone() };
         let asc = Asc { yaw_rate_radps: yaw_rate, ..Asc::new(position, Heading::new(heading), speed) };
-        let mut request = PlanRequest::new(now, asc, vec![Auv::new("auv", state)], Goal::Track { auv: "auv".into() });
+        let mut request =
+            PlanRequest::new(now, asc, vec![Auv::new("auv", state)], Goal::Track { auv: "auv".into() });
         request.limits = Some(hull.limits.into());
         request.traffic = heard.iter().flatten().cloned().collect();
         request.vessel_separation_m = Some(SEPARATION);
@@ -189,10 +196,18 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
         observe(&mut outcome, answer.avoidance.as_ref(), drawn.auv.course_rad, heading, &mut side);
         if show {
             let to = answer.avoidance.as_ref().map_or("", |avoidance| &avoidance.sentence);
-            print!("{now},{:.1},{:.1},{:.1},{:.1},{:.2},{:.2}", position.x, position.y, auv.x, auv.y, heading, speed);
+            print!(
+                "{now},{:.1},{:.1},{:.1},{:.1},{:.2},{:.2}",
+                position.x, position.y, auv.x, auv.y, heading, speed
+            );
             for ship in &drawn.ships {
                 let place = ship.at(now).0;
-                print!(",{:.1},{:.1},{:.1}", place.x, place.y, (place - position).norm() - 0.5 * ship.length - SEPARATION);
+                print!(
+                    ",{:.1},{:.1},{:.1}",
+                    place.x,
+                    place.y,
+                    (place - position).norm() - 0.5 * ship.length - SEPARATION
+                );
             }
             println!(",{},{to}", serde_json::to_string(&answer.method)?);
         }
@@ -201,7 +216,8 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
         // A tenth of a second a step.
         for step in 0..10 {
             let off = wrap(reference.heading.radians() - heading);
-            let rate = (off / hull.heading_lag.max(0.3)).clamp(-hull.limits.turn_rate_max, hull.limits.turn_rate_max);
+            let rate = (off / hull.heading_lag.max(0.3))
+                .clamp(-hull.limits.turn_rate_max, hull.limits.turn_rate_max);
             yaw_rate += (rate - yaw_rate) * 0.1 / 0.4;
             heading = wrap(heading + yaw_rate * 0.1);
             let push = ((reference.speed - speed) / hull.speed_lag)
@@ -225,7 +241,8 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
     }
     let late = after.iter().filter(|((now, _), _)| last_near + 200.0 < *now || 650.0 < *now);
     let (n, sum) = late.fold((0.0, 0.0), |(n, sum), (_, miss)| (n + 1.0, sum + miss * miss));
-    outcome.after = if last_near + 250.0 < DURATION as f64 && 0.0 < n { (sum / n as f64).sqrt() } else { f64::NAN };
+    outcome.after =
+        if last_near + 250.0 < DURATION as f64 && 0.0 < n { (sum / n as f64).sqrt() } else { f64::NAN };
     if outcome.clearance < 0.0 {
         outcome.has_way = Some(has_a_way(drawn, behind));
     }
@@ -265,7 +282,9 @@ fn sides(outcome: &mut Outcome, i: usize, there: &Vector2<f64>, course: f64, spe
     let right = match outcome.kinds.get(&i) {
         // The craft has the vessel on its port side, abeam.
         Some(EncounterKind::HeadOn) if ahead.abs() < 0.1 * speed + 0.3 => starboard < 0.0,
-        Some(EncounterKind::CrossingGiveWay) if starboard.abs() < 0.5 && ahead.abs() < 60.0 * speed => ahead < 0.0,
+        Some(EncounterKind::CrossingGiveWay) if starboard.abs() < 0.5 && ahead.abs() < 60.0 * speed => {
+            ahead < 0.0
+        }
         _ => return,
     };
     outcome.right_side.entry(i).and_modify(|before| *before &= right).or_insert(right);
@@ -282,7 +301,8 @@ fn has_a_way(drawn: &Drawn, start: Vector2<f64>) -> bool {
         time += step;
         let clear = |cell: &(i32, i32)| {
             let place = start + Vector2::new(f64::from(cell.0), f64::from(cell.1)) * CELL;
-            let is_clear = |at: f64, ship: &Ship| SEPARATION + 0.5 * ship.length < (place - ship.at(at).0).norm();
+            let is_clear =
+                |at: f64, ship: &Ship| SEPARATION + 0.5 * ship.length < (place - ship.at(at).0).norm();
             drawn.ships.iter().all(|ship| is_clear(time, ship) && is_clear(time - 0.5 * step, ship))
         };
         let mut next = std::collections::HashSet::new();
@@ -299,7 +319,10 @@ fn has_a_way(drawn: &Drawn, start: Vector2<f64>) -> bool {
         }
         // Where no vessel comes any more, all is clear.
         reached = next;
-        let last = drawn.ships.iter().map(|ship| (ship.at(time).0 - start).dot(&direction(ship.course)) / ship.speed.max(0.1));
+        let last = drawn
+            .ships
+            .iter()
+            .map(|ship| (ship.at(time).0 - start).dot(&direction(ship.course)) / ship.speed.max(0.1));
         if last.fold(f64::INFINITY, f64::min) > 200.0 {
             break;
         }
@@ -331,7 +354,8 @@ fn main() -> Result<(), Failure> {
     let seeds: Vec<u64> = seeds.collect();
     let fly_some = |k: u64| -> Result<Vec<(u64, Outcome)>, Failure> {
         let own = seeds.iter().filter(|seed| **seed % threads == k);
-        own.map(|seed| Ok((*seed, fly(&draw(*seed, vessels.clone(), &craft, turning), *seed, false)?))).collect()
+        own.map(|seed| Ok((*seed, fly(&draw(*seed, vessels.clone(), &craft, turning), *seed, false)?)))
+            .collect()
     };
     let outcomes: Vec<(u64, Outcome)> = thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|k| scope.spawn(move || fly_some(k))).collect();
@@ -348,14 +372,25 @@ fn report(outcomes: &[(u64, Outcome)]) {
     let violated: Vec<_> = outcomes.iter().filter(|(_, outcome)| outcome.clearance < 0.0).collect();
     let avoidable: Vec<_> = violated.iter().filter(|(_, outcome)| outcome.has_way == Some(true)).collect();
     let deepest = outcomes.iter().map(|(_, outcome)| -outcome.clearance).fold(0.0, f64::max);
-    println!("encounters {n}, violated {}, of these with a way {}, deepest {deepest:.1} m", violated.len(), avoidable.len());
+    println!(
+        "encounters {n}, violated {}, of these with a way {}, deepest {deepest:.1} m",
+        violated.len(),
+        avoidable.len()
+    );
     let named = |list: &[&&(u64, Outcome)]| {
-        list.iter().map(|(seed, outcome)| format!("{seed} ({:.1})", outcome.clearance)).collect::<Vec<_>>().join(" ")
+        list.iter()
+            .map(|(seed, outcome)| format!("{seed} ({:.1})", outcome.clearance))
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     println!("  with a way: {}", named(&avoidable));
     for kind in [EncounterKind::HeadOn, EncounterKind::CrossingGiveWay] {
         let of_kind = outcomes.iter().flat_map(|(seed, outcome)| {
-            outcome.kinds.iter().filter(|(_, met)| **met == kind).map(move |(i, _)| (*seed, outcome.right_side.get(i)))
+            outcome
+                .kinds
+                .iter()
+                .filter(|(_, met)| **met == kind)
+                .map(move |(i, _)| (*seed, outcome.right_side.get(i)))
         });
         let (mut right, mut all, mut wrong) = (0, 0, Vec::new());
         for (seed, side) in of_kind {
@@ -367,15 +402,43 @@ fn report(outcomes: &[(u64, Outcome)]) {
         }
         println!("{kind:?}: {right} of {all} on the right side; wrong {wrong:?}");
     }
-    let changes: Vec<_> = outcomes.iter().filter(|(_, outcome)| 0 < outcome.side_changes).map(|(seed, outcome)| (*seed, outcome.side_changes)).collect();
-    println!("manoeuvred {}, planned side changed in {} {changes:?}", outcomes.iter().filter(|(_, o)| o.manoeuvred).count(), changes.len());
-    let mut turns: Vec<f64> = outcomes.iter().filter_map(|(_, o)| o.first_action).map(|(turn, _)| turn.abs().to_degrees()).collect();
-    let mut times: Vec<f64> = outcomes.iter().filter_map(|(_, o)| o.first_action).map(|(_, time)| time).collect();
-    let mut after: Vec<f64> = outcomes.iter().map(|(_, o)| o.after).filter(|after| after.is_finite()).collect();
+    let changes: Vec<_> = outcomes
+        .iter()
+        .filter(|(_, outcome)| 0 < outcome.side_changes)
+        .map(|(seed, outcome)| (*seed, outcome.side_changes))
+        .collect();
+    println!(
+        "manoeuvred {}, planned side changed in {} {changes:?}",
+        outcomes.iter().filter(|(_, o)| o.manoeuvred).count(),
+        changes.len()
+    );
+    let mut turns: Vec<f64> = outcomes
+        .iter()
+        .filter_map(|(_, o)| o.first_action)
+        .map(|(turn, _)| turn.abs().to_degrees())
+        .collect();
+    let mut times: Vec<f64> =
+        outcomes.iter().filter_map(|(_, o)| o.first_action).map(|(_, time)| time).collect();
+    let mut after: Vec<f64> =
+        outcomes.iter().map(|(_, o)| o.after).filter(|after| after.is_finite()).collect();
     let mut plans: Vec<f64> = outcomes.iter().flat_map(|(_, o)| o.plan_ms.iter().copied()).collect();
-    for (name, values) in [("first turn, deg", &mut turns), ("before the closest approach, s", &mut times), ("distance once clear, m", &mut after), ("plan, ms", &mut plans)] {
+    for (name, values) in [
+        ("first turn, deg", &mut turns),
+        ("before the closest approach, s", &mut times),
+        ("distance once clear, m", &mut after),
+        ("plan, ms", &mut plans),
+    ] {
         values.sort_by(f64::total_cmp);
-        let at = |share: f64| values.get(((values.len() as f64 - 1.0) * share).max(0.0) as usize).copied().unwrap_or(f64::NAN);
-        println!("{name}: 5 % {:.2}, median {:.2}, 95 % {:.2}, 99 % {:.2}, n {}", at(0.05), at(0.5), at(0.95), at(0.99), values.len());
+        let at = |share: f64| {
+            values.get(((values.len() as f64 - 1.0) * share).max(0.0) as usize).copied().unwrap_or(f64::NAN)
+        };
+        println!(
+            "{name}: 5 % {:.2}, median {:.2}, 95 % {:.2}, 99 % {:.2}, n {}",
+            at(0.05),
+            at(0.5),
+            at(0.95),
+            at(0.99),
+            values.len()
+        );
     }
 }

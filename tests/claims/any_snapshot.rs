@@ -14,9 +14,11 @@ use planner::{
     goal::GoalForecast,
     los::{LosGains, target_course},
     parameters::{Parameters, Weights},
-    plan::{Degraded, Method, Plan, Workspace, plan},
-    snapshot::{Current, Goal, PreviousPlan, Snapshot, TrajectoryPoint},
+    plan::{Degraded, Method, Plan, Workspace, plan, scheduled_goal},
+    snapshot::{Current, EncounterKind, Goal, PreviousPlan, Snapshot, TrajectoryPoint},
     solve::SolverStatus,
+    stop::Stop,
+    vessel::{VesselNow, vessels_now},
 };
 use rand::{RngExt as _, SeedableRng as _, seq::IndexedRandom as _};
 use rand_chacha::ChaCha8Rng;
@@ -181,7 +183,7 @@ fn assert_no_worse(seed: u64, scene: &Snapshot, answer: &Plan, parameters: &Para
     if answer.method == Method::Hold {
         return;
     }
-    let forward = || Forward::new(scene, parameters, &answer.range_unattainable);
+    let forward = || Forward::new(scene, parameters, answer);
     let los = forward().line_of_sight(parameters.los);
     let slow = answer.trajectory[1..].iter().any(|point| point.speed_mps < 0.02);
     let ours = match answer.method {
@@ -209,6 +211,8 @@ struct Forward<'a> {
     weights: Weights,
     start: Vector2<f64>,
     goal: GoalForecast,
+    /// Vessels that are to keep clear of the craft.
+    keeps_clear: Vec<usize>,
     /// AUVs with limits: their reports are young enough.
     auvs: Vec<AuvForecast>,
     /// `named`: the goal names it; `in_range`: its range can be kept.
@@ -247,8 +251,14 @@ fn followed_heading(scene: &Snapshot, parameters: &Parameters) -> Option<f64> {
 }
 
 impl<'a> Forward<'a> {
-    fn new(scene: &'a Snapshot, parameters: &'a Parameters, out_of_range: &[usize]) -> Self {
-        let goal = GoalForecast::new(scene);
+    fn new(scene: &'a Snapshot, parameters: &'a Parameters, answer: &Plan) -> Self {
+        let out_of_range = &answer.range_unattainable;
+        let held = scene.previous_plan.as_ref().and_then(PreviousPlan::goal_course);
+        let (goal, _) = scheduled_goal(scene, parameters, held, &Stop::never());
+        let encounters = answer.avoidance.iter().flat_map(|avoidance| &avoidance.encounters);
+        let waits = [EncounterKind::CrossingStandOn, EncounterKind::Overtaken];
+        let waits = encounters.filter(|met| !met.acts && waits.contains(&met.kind));
+        let keeps_clear = waits.filter_map(|met| scene.traffic.iter().position(|one| one.id == met.vessel));
         let young = |i: &usize| scene.estimates()[*i].state.age_s <= parameters.report_age_max;
         let young: Vec<_> = (0..scene.auvs.len()).filter(young).collect();
         let named = |i: usize| scene.goal.goal.vehicles().any(|id| *id == scene.auvs[i].id);
@@ -272,6 +282,7 @@ impl<'a> Forward<'a> {
             in_range: young.iter().map(|i| named(*i) || !out_of_range.contains(i)).collect(),
             named: young.iter().map(|i| named(*i)).collect(),
             goal,
+            keeps_clear: keeps_clear.collect(),
             steps: &parameters.steps,
             parameters,
             craft,
@@ -432,8 +443,28 @@ impl<'a> Forward<'a> {
         }));
         let discs = scene.keep_outs.iter();
         let in_a_disc = most(&mut discs.map(|disc| disc.radius_m - (self.position - disc.centre()).norm()));
-        let keep_out = in_a_disc.max(self.too_near_a_surfaced_auv(begin, step, share));
+        let too_near = self.too_near_a_surfaced_auv(begin, step, share);
+        let keep_out = in_a_disc.max(too_near).max(self.too_near_a_vessel(begin + share * step));
         [range(true), range(false), area, keep_out]
+    }
+
+    /// Amount by which the craft is too near to a vessel that is not to keep clear of it.
+    fn too_near_a_vessel(&self, ahead: f64) -> f64 {
+        let vessels = vessels_now(self.scene).filter(|seen| !self.keeps_clear.contains(&seen.vessel));
+        let too_near = |seen: VesselNow| {
+            let vessel = &self.scene.traffic[seen.vessel];
+            let velocity = seen.velocity.unwrap_or_default();
+            let sigma_velocity = match seen.velocity {
+                _ if vessel.is_made_fast() => 0.0,
+                Some(velocity) => 0.05 + 0.01 * velocity.norm(),
+                None => vessel.speed_mps.unwrap_or(1.5),
+            };
+            let grown = sigma_velocity * (self.scene.vessel_age(vessel) + ahead);
+            let kept = self.scene.vessel_separation_m.unwrap_or(30.0) + 0.5 * vessel.length_m.unwrap_or(20.0);
+            let kept = kept + vessel.sigma_m.unwrap_or(10.0).hypot(grown).min(50.0);
+            kept - (self.position - seen.position - velocity * ahead).norm()
+        };
+        vessels.map(too_near).fold(0.0, f64::max)
     }
 
     /// Amount by which the craft is too near to an AUV at the surface. Over an interval with the

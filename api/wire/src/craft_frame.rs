@@ -90,6 +90,9 @@ impl CraftFrame {
         for disc in &mut request.keep_outs {
             frame.put(&mut disc.north_m, &mut disc.east_m);
         }
+        for vessel in &mut request.traffic {
+            frame.put(&mut vessel.north_m, &mut vessel.east_m);
+        }
         // Straight sides stay straight.
         for corner in &mut request.area {
             *corner = (frame.from_datum * (Vector2::from(*corner) - frame.craft)).into();

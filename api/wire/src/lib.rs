@@ -34,10 +34,10 @@ pub use planner::path::Segment;
 pub use planner::plan::Method;
 pub use planner::snapshot::{
     Asc, Auv, Current, DIRECTIONS, DeclaredLimits, DeclaredPath, FieldError, Origin, PlanRequest,
-    PreviousPlan, Report, SCHEMA_VERSION, Task, TrajectoryPoint, VehicleId, shortened,
+    PreviousPlan, Report, SCHEMA_VERSION, Task, TrajectoryPoint, VehicleId, Vessel, VesselStatus, shortened,
 };
 pub use positions::{DatumChange, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
-pub use prediction::{Heard, PredictedAuv, Prediction};
+pub use prediction::{Heard, PredictedAuv, PredictedVessel, Prediction};
 pub use read::{read, read_each, read_from};
 pub use reports::read_reports;
 pub use response::{Comparison, Learnt, Outcome, PlanResponse, Plans, Reference, Warning};

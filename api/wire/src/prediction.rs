@@ -3,7 +3,8 @@
 use nalgebra::{Matrix2, Vector2};
 use planner::{
     plan::{Plan, PlannedTarget, RouteFit, Violation},
-    snapshot::{Auv, Dive, Figure, Schedule, Snapshot},
+    snapshot::{Auv, Avoidance, Dive, Figure, Schedule, Snapshot},
+    vessel::{VesselNow, vessels_now},
 };
 use serde::{Deserialize, Serialize};
 use serde_with::skip_serializing_none;
@@ -33,6 +34,12 @@ pub struct Prediction {
     /// The figure that the craft sails, for a goal of the kind `localise`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<Figure>,
+    /// What the craft does about other vessels.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub avoidance: Option<Avoidance>,
+    /// The vessels of the request that the plan still knows of, as forecast.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub vessels: Vec<PredictedVessel>,
     /// Trajectory of the line-of-sight law.
     pub line_of_sight: Vec<[f64; 2]>,
     /// The underwater vehicles.
@@ -90,6 +97,24 @@ pub struct PredictedAuv {
     pub dive: Option<Dive>,
 }
 
+/// A vessel now, by its last position.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PredictedVessel {
+    /// Its identity.
+    pub id: String,
+    /// Its name.
+    pub name: Option<String>,
+    /// Position (north, east) from the datum, m.
+    pub position: [f64; 2],
+    /// Velocity over ground (north, east), m/s, if known.
+    pub velocity: Option<[f64; 2]>,
+    /// Distance that the craft keeps from that position, m.
+    pub separation_m: f64,
+    /// Age of the last position, s.
+    pub age_s: f64,
+}
+
 /// A fix.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Heard {
@@ -127,6 +152,23 @@ pub struct PredictedCraft {
     pub follows: bool,
 }
 
+/// The vessel as people see it.
+fn vessel(
+    snapshot: &Snapshot,
+    seen: &VesselNow,
+    placed: &impl Fn(&Vector2<f64>) -> [f64; 2],
+) -> PredictedVessel {
+    let vessel = &snapshot.traffic[seen.vessel];
+    PredictedVessel {
+        id: vessel.id.0.clone(),
+        name: vessel.name.clone(),
+        position: placed(&seen.position),
+        velocity: seen.velocity.map(|velocity| [rounded(velocity.x, CENTI), rounded(velocity.y, CENTI)]),
+        separation_m: rounded(seen.separation, CENTI),
+        age_s: rounded(snapshot.vessel_age(vessel), CENTI),
+    }
+}
+
 impl Prediction {
     /// The predictions of `plan`, made for `snapshot` and answered by `answer`.
     pub fn of(snapshot: &Snapshot, plan: &Plan, answer: &PlanResponse) -> Self {
@@ -149,6 +191,8 @@ impl Prediction {
             goal: pick(&|i| answer.goal.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
             schedule: answer.schedule.clone().map(few_digits),
             figure: answer.figure.clone(),
+            avoidance: answer.avoidance.clone(),
+            vessels: vessels_now(snapshot).map(|seen| vessel(snapshot, &seen, &placed)).collect(),
             line_of_sight: pick(&|i| plan.baseline.trajectory.get(i).map(|p| placed(&p.position()))),
             auvs: known
                 .map(|((auv, target), covariances)| PredictedAuv::of(auv, target, covariances, &kept, placed))

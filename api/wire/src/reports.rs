@@ -1,6 +1,6 @@
 //! Reads reports one by one: a rejected report does not affect the others.
 
-use planner::snapshot::{AUVS_MAX, Origin, REPORTS_MAX, Report};
+use planner::snapshot::{AUVS_MAX, Origin, REPORTS_MAX, Report, Vessel};
 use serde::Deserialize;
 
 use crate::FieldError;
@@ -59,6 +59,7 @@ struct Item<'a> {
 enum Of {
     Auv(String),
     Asc,
+    Vessel,
     Note,
     Steering,
 }
@@ -87,6 +88,7 @@ fn take_items<'a>(body: &mut Json<'a>) -> Vec<Item<'a>> {
                 }
             }
             ("asc", states) => take(Of::Asc, "/asc".to_owned(), states),
+            ("traffic", vessels) => take(Of::Vessel, "/traffic".to_owned(), vessels),
             ("notes", notes) => take(Of::Note, "/notes".to_owned(), notes),
             ("steering", said) => take(Of::Steering, "/steering".to_owned(), said),
             _ => {}
@@ -103,7 +105,7 @@ fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), ShapeError> {
         return Err(ShapeError::new(member.to_owned(), "unexpected", detail));
     }
     if items.is_empty() && rest.auvs.is_empty() {
-        let detail = "give auvs, asc, notes or steering";
+        let detail = "give auvs, asc, traffic, notes or steering";
         return Err(ShapeError::new(String::new(), "missing", detail));
     }
     let too_long =
@@ -155,6 +157,7 @@ impl Item<'_> {
                 one.auvs.insert(id.clone(), vec![fix]);
             }),
             Of::Asc => AscReport::deserialize(whole).map(|state| one.asc.push(state)),
+            Of::Vessel => Vessel::deserialize(whole).map(|vessel| one.traffic.push(vessel)),
             Of::Note => Note::deserialize(whole).map(|note| one.notes.push(note)),
             Of::Steering => Steering::deserialize(whole).map(|said| one.steering.push(said)),
         };

@@ -3,7 +3,7 @@
 use planner::craft::{HeadingReference, SpeedReference};
 use planner::explain::Explanation;
 use planner::plan::{GoalPoint, Method, PlannedTarget, Predicted, SolverReport, Violation};
-use planner::snapshot::{Current, Figure, Origin, Schedule, TrajectoryPoint};
+use planner::snapshot::{Avoidance, Current, Figure, Origin, Schedule, TrajectoryPoint};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use serde_with::skip_serializing_none;
@@ -45,6 +45,8 @@ pub struct PlanResponse {
     pub schedule: Option<Schedule>,
     /// The figure that the craft sails, for a goal of the kind `localise`.
     pub figure: Option<Figure>,
+    /// What the craft does about other vessels, if any may come near.
+    pub avoidance: Option<Avoidance>,
     /// Answer of the line-of-sight law.
     pub baseline: Baseline,
     /// Report of the solver; absent if no program was involved.

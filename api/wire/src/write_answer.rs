@@ -6,11 +6,12 @@ use geodesy::Datum;
 use nalgebra::Vector2;
 use planner::los::{LosLaw, Reference as DomainReference};
 use planner::plan as domain;
-use planner::plan::{Method, Plan, PlannedTarget, Predicted, SolverReport};
+use planner::plan::{Method, Plan, PlannedTarget, Predicted, SoftLimit, SolverReport, Subject};
 use planner::snapshot::{
     CURRENT_MAX, Goal, LeftOut, Origin, Report, SCHEMA_VERSION, Snapshot, TrajectoryPoint, VehicleId,
     pointer_token,
 };
+use planner::vessel::{VESSEL_STALE, is_lost};
 use serde_json::{Map, Value};
 
 use super::{
@@ -174,6 +175,7 @@ impl<'a> Answer<'a> {
             targets,
             schedule,
             figure,
+            avoidance: self.plan.avoidance.clone(),
             baseline: Baseline {
                 method: Method::SaturatedLos,
                 speed_mps: baseline.reference.speed,
@@ -244,6 +246,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings.extend(no_current(snapshot));
     warnings.extend(unusable_memory(snapshot));
     warnings.extend(about_the_craft(snapshot, plan));
+    warnings.extend(about_traffic(snapshot, plan));
     warnings.extend(about_visits(snapshot, plan));
     warnings.extend(unknown_navigation(snapshot, plan));
     warnings.extend(not_localised(snapshot, plan));
@@ -320,6 +323,39 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         };
         let pointer = format!("/goal/serve_by_s/{}", pointer_token(&id.0));
         warnings.push(warning("visit_deadline_missed", &pointer, detail));
+    }
+    warnings
+}
+
+/// Warnings of vessels of which too little is known, and of those that come too near.
+fn about_traffic(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for (i, vessel) in snapshot.traffic.iter().enumerate() {
+        let (age, name) = (snapshot.vessel_age(vessel), vessel.called());
+        let pointer = format!("/traffic/{i}/t_s");
+        if is_lost(vessel, age) {
+            let detail =
+                format!("the last position of {name} is {age:.0} s old: nothing keeps the craft clear of it");
+            warnings.push(warning("vessel_lost", &pointer, detail));
+        } else if VESSEL_STALE < age && !vessel.is_made_fast() {
+            let detail = format!("the last position of {name} is {age:.0} s old: it may be elsewhere");
+            warnings.push(warning("vessel_stale", &pointer, detail));
+        }
+    }
+    let near = plan.violations.iter().filter(|broken| broken.limit == SoftLimit::VesselSeparation);
+    for broken in near {
+        let Some(Subject::Vessel(i)) = broken.pointer else { continue };
+        let vessel = &snapshot.traffic[i];
+        let met = plan.avoidance.iter().flat_map(|avoidance| &avoidance.encounters);
+        let met = met.filter(|met| met.vessel == vessel.id);
+        let passes: String = met.map(|met| format!("; it passes at {:.0} m", met.passes_m)).collect();
+        let detail = format!(
+            "{} comes {:.0} m nearer than the distance to keep, in {:.0} s{passes}",
+            vessel.called(),
+            broken.amount,
+            broken.t_s - snapshot.t_s
+        );
+        warnings.push(warning("vessel_too_near", &format!("/traffic/{i}"), detail));
     }
     warnings
 }

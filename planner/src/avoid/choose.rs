@@ -190,8 +190,7 @@ impl Avoider<'_> {
 
 /// What the next plan needs to know of a vessel, which is forecast in the craft's axes.
 fn past(snapshot: &Snapshot, forecast: &VesselForecast, heading: f64) -> PastVessel {
-    let (vessel, velocity) =
-        (&snapshot.traffic[forecast.vessel], ned_from_body(heading) * forecast.velocity);
+    let (vessel, velocity) = (&snapshot.traffic[forecast.vessel], ned_from_body(heading) * forecast.velocity);
     PastVessel {
         id: vessel.id.clone(),
         t_s: snapshot.t_s - snapshot.vessel_age(vessel),

@@ -53,10 +53,8 @@ impl Scene {
         let tuned = snapshot.tuned().avoid;
         let turned = ned_from_body(snapshot.asc.heading().radians()).transpose();
         let place = |position: Vector2<f64>| turned * (position - snapshot.asc.position());
-        let motion = |motion: &Motion| Motion {
-            position: place(motion.position),
-            velocity: turned * motion.velocity,
-        };
+        let motion =
+            |motion: &Motion| Motion { position: place(motion.position), velocity: turned * motion.velocity };
         let current = turned * snapshot.current();
         let reach = (craft.limits.speed_max + current.norm()) * tuned.look_ahead;
         let mut others: Vec<_> = VesselForecast::all(snapshot)

@@ -1,0 +1,173 @@
+//! Encounters as the rules tell them apart, and what the craft then does.
+
+use std::f64::consts::PI;
+
+
+use super::encounter::{closest_approach, kind};
+use crate::facts::traffic::{EncounterKind, Vessel, VesselStatus};
+use crate::{Parameters, Plan, Workspace, plan};
+use crate::tests::prelude::*;
+
+fn vessel(id: &str, place: [f64; 2], course: f64, speed: f64) -> Vessel {
+    Vessel {
+        id: id.into(),
+        name: None,
+        t_s: None,
+        north_m: place[0],
+        east_m: place[1],
+        lat_deg: None,
+        lon_deg: None,
+        course_rad: Some(course),
+        speed_mps: Some(speed),
+        heading_rad: None,
+        length_m: Some(40.0),
+        sigma_m: Some(5.0),
+        status: VesselStatus::UnderWay,
+    }
+}
+
+/// A craft behind an AUV that goes north.
+fn request(traffic: Vec<Vessel>) -> PlanRequest {
+    let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.7);
+    let auv = Auv::new("auv", moving(0.0, 0.0, 5.0, 0.0, 0.7));
+    let goal = Goal::Track { auv: auv.id.clone() };
+    PlanRequest { traffic, ..PlanRequest::new(100.0, asc, vec![auv], goal) }
+}
+
+fn answer(request: PlanRequest) -> Plan {
+    let snapshot = Snapshot::try_from(request).expect("is valid");
+    plan(&snapshot, &Parameters::default(), &mut Workspace::default())
+}
+
+#[test]
+fn encounters_are_told_apart_by_bearing_and_course() {
+    let own = Vector2::new(1.0, 0.0);
+    let met = |bearing_deg: f64, course_deg: f64, speed: f64| {
+        let (there, course) = (direction(bearing_deg.to_radians()) * 500.0, course_deg.to_radians());
+        kind(&own, &there, &(direction(course) * speed))
+    };
+    assert_eq!(met(3.0, 183.0, 5.0), EncounterKind::HeadOn);
+    assert_eq!(met(-8.0, 176.0, 5.0), EncounterKind::HeadOn);
+    assert_eq!(met(45.0, 270.0, 5.0), EncounterKind::CrossingGiveWay);
+    assert_eq!(met(110.0, 300.0, 5.0), EncounterKind::CrossingGiveWay);
+    assert_eq!(met(-45.0, 90.0, 5.0), EncounterKind::CrossingStandOn);
+    assert_eq!(met(0.0, 0.0, 0.5), EncounterKind::Overtaking);
+    assert_eq!(met(170.0, 0.0, 5.0), EncounterKind::Overtaken);
+    assert_eq!(met(120.0, 0.0, 5.0), EncounterKind::Overtaken);
+    assert_eq!(met(10.0, 180.0, 0.1), EncounterKind::KeepClear);
+}
+
+#[test]
+fn closest_approach_is_that_of_the_straight_lines() {
+    let (distance, time) = closest_approach(&Vector2::new(300.0, 40.0), &Vector2::new(-3.0, 0.0));
+    assert_eq!((distance, time), (40.0, 100.0));
+    let (distance, time) = closest_approach(&Vector2::new(300.0, 40.0), &Vector2::new(3.0, 0.0));
+    assert_eq!((distance, time), (300.0_f64.hypot(40.0), 0.0));
+}
+
+#[test]
+fn the_craft_turns_to_starboard_for_a_vessel_head_on_and_passes_astern_of_one_from_starboard() {
+    for (place, course) in [([1000.0, 0.0], PI), ([140.0, 900.0], -PI / 2.0), ([100.0, 1000.0], -1.5)] {
+        let plan = answer(request(vec![vessel("ship", place, course, 5.0)]));
+        let avoidance = plan.avoidance.expect("a vessel comes near");
+        let manoeuvre = avoidance.manoeuvre.expect("it would come too near");
+        let met = &avoidance.encounters[0];
+        assert!(met.acts && met.separation_m <= met.passes_m, "{avoidance:?}");
+        if met.kind == EncounterKind::HeadOn {
+            assert!(0.25 < manoeuvre.heading_rad && met.starboard_m < 0.0, "{avoidance:?}");
+        }
+        assert!(plan.violations.is_empty());
+    }
+}
+
+#[test]
+fn a_craft_stands_on_until_the_others_inaction_makes_it_act() {
+    // From port, so that both come to one point after the time.
+    let at = |time: f64| {
+        let place = [0.7 * time, -5.0 * time];
+        answer(request(vec![vessel("ship", place, PI / 2.0, 5.0)])).avoidance.expect("comes near")
+    };
+    let (early, late) = (at(250.0), at(50.0));
+    let kinds = [&early, &late].map(|avoidance| avoidance.encounters[0].kind);
+    assert_eq!(kinds, [EncounterKind::CrossingStandOn; 2]);
+    assert!(early.manoeuvre.is_none() && !early.encounters[0].acts, "{early:?}");
+    assert!(late.manoeuvre.is_some() && late.encounters[0].acts, "{late:?}");
+    // It does not turn to port for a vessel on its port side.
+    assert!(0.0 <= wrap(late.manoeuvre.expect("is there").heading_rad), "{late:?}");
+}
+
+#[test]
+fn names_order_and_north_change_nothing() {
+    let ships =
+        || vec![vessel("a", [900.0, 30.0], PI, 6.0), vessel("b", [200.0, 800.0], -PI / 2.0, 5.0)];
+    let before = answer(request(ships()));
+    let renamed = {
+        let mut traffic = ships();
+        traffic.reverse();
+        (traffic[0].id, traffic[1].id) = ("x".into(), "y".into());
+        answer(request(traffic))
+    };
+    let turn = 2.0;
+    let rotation = ned_from_body(turn);
+    let turned = {
+        let mut turned = request(ships());
+        for ship in &mut turned.traffic {
+            let place = rotation * ship.position();
+            (ship.north_m, ship.east_m) = (place.x, place.y);
+            ship.course_rad = ship.course_rad.map(|course| wrap(course + turn));
+        }
+        turned.asc.heading_rad = turn;
+        if let Some(state) = &mut turned.auvs[0].state {
+            state.course_rad = turn;
+        }
+        answer(turned)
+    };
+    let heading = |plan: &Plan| plan.reference.heading.radians();
+    assert_eq!(heading(&before), heading(&renamed));
+    assert!(wrap(heading(&turned) - turn - heading(&before)).abs() < 1e-6);
+    let manoeuvres = [&before, &turned].map(|plan| plan.avoidance.as_ref().and_then(|done| done.manoeuvre));
+    let [Some(one), Some(other)] = manoeuvres else { panic!("{manoeuvres:?}") };
+    assert!(wrap(other.heading_rad - turn - one.heading_rad).abs() < 1e-6);
+}
+
+#[test]
+fn a_vessel_at_anchor_stays_and_one_under_way_is_forgotten_after_a_quarter_of_an_hour() {
+    let near = |status: VesselStatus, age: f64| {
+        let ship = Vessel { status, t_s: Some(100.0 - age), ..vessel("ship", [60.0, 0.0], 0.0, 0.0) };
+        let plan = answer(request(vec![ship]));
+        plan.trajectory.iter().map(|point| (point.position() - Vector2::new(60.0, 0.0)).norm()).fold(1e9, f64::min)
+    };
+    // Half the length, the default distance, and a standard deviation of 5 m.
+    assert!(54.5 < near(VesselStatus::AtAnchor, 10_000.0));
+    assert!(54.5 < near(VesselStatus::UnderWay, 10.0));
+    assert!(near(VesselStatus::UnderWay, 1000.0) < 10.0);
+}
+
+#[test]
+fn far_vessels_and_those_that_have_passed_change_no_bit() {
+    let alone = answer(request(vec![]));
+    let far = vec![vessel("far", [9000.0, 9000.0], 0.0, 3.0), vessel("gone", [-2000.0, 300.0], PI, 8.0)];
+    let beside = answer(request(far));
+    assert_eq!(alone.trajectory, beside.trajectory);
+    assert_eq!(alone.reference, beside.reference);
+}
+
+#[test]
+fn a_velocity_is_averaged_and_a_turn_begins_it_anew() {
+    let mut previous = None;
+    let mut seen = Vec::new();
+    for k in 0..12 {
+        // The course jumps to and fro by 3°, then by 17°.
+        let noise = if k % 2 == 0 { 0.05 } else { -0.05 };
+        let course = if k < 10 { PI + noise } else { PI + 0.3 };
+        let mut request = request(vec![vessel("ship", [1500.0 - 30.0 * f64::from(k), 0.0], course, 6.0)]);
+        request.t_s = 100.0 + 5.0 * f64::from(k);
+        request.previous_plan = previous.take();
+        let plan = answer(request);
+        let vessels = &plan.avoidance.as_ref().expect("comes near").vessels;
+        seen.push(Vector2::new(vessels[0].north_mps, vessels[0].east_mps));
+        previous = Some((&plan).into());
+    }
+    let off = |velocity: &Vector2<f64>| wrap(velocity.y.atan2(velocity.x) - PI).abs();
+    assert!(off(&seen[9]) < 0.01 && 0.25 < off(&seen[10]), "{seen:?}");
+}

@@ -85,9 +85,8 @@ impl Scene {
                 return None;
             }
         }
-        let least_clear = |passing: &Passing| {
-            trial.margin * (passing.distance - passing.clearance) - passing.clearance
-        };
+        let least_clear =
+            |passing: &Passing| trial.margin * (passing.distance - passing.clearance) - passing.clearance;
         let between = passings.iter().map(least_clear).fold(deepest, f64::max);
         let price = |(other, passing): (&Other, &Passing)| {
             let changes = other.side.is_some_and(|side| side * passing.place.y < 0.0);

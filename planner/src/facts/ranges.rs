@@ -379,15 +379,18 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 /// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
     let tables: [(&str, &'static [Range]); 40] = [
-        ("PlanRequest", &[
-            ("t_s", TIME),
-            ("surfacing_separation_m", SURFACING_SEPARATION),
-            ("vessel_separation_m", VESSEL_SEPARATION),
-        ]),
-        ("Live", &[
-            ("surfacing_separation_m", SURFACING_SEPARATION),
-            ("vessel_separation_m", VESSEL_SEPARATION),
-        ]),
+        (
+            "PlanRequest",
+            &[
+                ("t_s", TIME),
+                ("surfacing_separation_m", SURFACING_SEPARATION),
+                ("vessel_separation_m", VESSEL_SEPARATION),
+            ],
+        ),
+        (
+            "Live",
+            &[("surfacing_separation_m", SURFACING_SEPARATION), ("vessel_separation_m", VESSEL_SEPARATION)],
+        ),
         ("Asc", &ASC),
         ("Asc", &ASC_GROUND),
         ("AuvState", &AUV_STATE),

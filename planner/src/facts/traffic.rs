@@ -91,7 +91,7 @@ impl Vessel {
     }
 
     /// `true` if it is made fast.
-    pub(crate) fn is_made_fast(&self) -> bool {
+    pub fn is_made_fast(&self) -> bool {
         matches!(self.status, VesselStatus::AtAnchor | VesselStatus::Moored | VesselStatus::Aground)
     }
 

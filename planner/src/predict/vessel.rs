@@ -9,10 +9,38 @@ use crate::tuned::AvoidNumbers;
 
 /// Age of a position of a vessel under way from which it is stale, s: four reports of the slowest
 /// transponder at usual speed.
-pub(crate) const VESSEL_STALE: f64 = 120.0;
+pub const VESSEL_STALE: f64 = 120.0;
 
 /// Age from which it says nothing of a vessel under way, s.
-pub(crate) const VESSEL_LOST: f64 = 900.0;
+pub const VESSEL_LOST: f64 = 900.0;
+
+/// A vessel now, by its last position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VesselNow {
+    /// Its index in the snapshot.
+    pub vessel: usize,
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Velocity over ground (north, east), m/s, if known.
+    pub velocity: Option<Vector2<f64>>,
+    /// Distance to keep from that position, m.
+    pub separation: f64,
+}
+
+/// The vessels of `snapshot` of which it still knows, in its order.
+pub fn vessels_now(snapshot: &Snapshot) -> impl Iterator<Item = VesselNow> {
+    VesselForecast::all(snapshot).map(|forecast| VesselNow {
+        vessel: forecast.vessel,
+        position: forecast.position,
+        velocity: snapshot.traffic[forecast.vessel].velocity().map(|_| forecast.velocity),
+        separation: forecast.radius(0.0),
+    })
+}
+
+/// `true` if a position of the vessel says nothing of where it is now.
+pub fn is_lost(vessel: &Vessel, age: f64) -> bool {
+    !vessel.is_made_fast() && VESSEL_LOST <= age
+}
 
 /// A vessel from now on, at constant velocity.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +74,7 @@ impl VesselForecast {
             let tuned = &snapshot.tuned().avoid;
             let (velocity, count) = averaged(vessel, snapshot.t_s - age, past, tuned);
             let known = Self::new(i, vessel, (velocity, count), age, snapshot.vessel_separation_m, tuned);
-            (vessel.is_made_fast() || age < VESSEL_LOST).then_some(known)
+            (!is_lost(vessel, age)).then_some(known)
         })
     }
 

@@ -314,7 +314,11 @@ impl Sampling<'_> {
     }
 
     /// The nearest of `vessels` to which the craft could come too near, in geometric order.
-    fn near_vessels<'v>(&self, vessels: &'v [VesselForecast], snapshot: &Snapshot) -> Vec<&'v VesselForecast> {
+    fn near_vessels<'v>(
+        &self,
+        vessels: &'v [VesselForecast],
+        snapshot: &Snapshot,
+    ) -> Vec<&'v VesselForecast> {
         let speed = snapshot.limits().speed_max + snapshot.current().norm();
         let gap = |vessel: &VesselForecast| {
             let at = |time: &f64| {
@@ -343,11 +347,7 @@ impl Sampling<'_> {
 
     fn no_disc(&self) -> Disc {
         let n = self.times.len();
-        Disc {
-            centres: vec![Vector2::zeros(); n],
-            radii: vec![NOT_THERE; n],
-            normals: Vec::new(),
-        }
+        Disc { centres: vec![Vector2::zeros(); n], radii: vec![NOT_THERE; n], normals: Vec::new() }
     }
 
     /// Largest horizontal distance to an AUV: √(R² − z²) minus `deviations` times √(tr P).

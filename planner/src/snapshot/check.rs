@@ -231,7 +231,10 @@ impl Check {
         let mut paths = Vec::with_capacity(auvs.len());
         let mut seen = HashSet::new();
         for (i, auv) in auvs.iter().enumerate() {
-            self.new_name(&format!("/auvs/{i}/id"), &auv.id, &mut seen);
+            self.name(&format!("/auvs/{i}/id"), &auv.id);
+            if !seen.insert(&auv.id) {
+                self.fail_name(format_args!("/auvs/{i}/id"), "duplicate", "duplicate name", &auv.id);
+            }
             self.evidence(i, auv, now);
             paths.push(auv.path.as_ref().and_then(|path| self.path(i, path)));
             if let Some(dive) = &auv.dive {
@@ -239,14 +242,6 @@ impl Check {
             }
         }
         paths
-    }
-
-    /// Checks a name that no earlier member of its list has.
-    fn new_name<'a>(&mut self, place: &str, id: &'a VehicleId, seen: &mut HashSet<&'a VehicleId>) {
-        self.name(place, id);
-        if !seen.insert(id) {
-            self.fail_name(format_args!("{place}"), "duplicate", "duplicate name", id);
-        }
     }
 
     fn name(&mut self, place: &str, id: &VehicleId) {

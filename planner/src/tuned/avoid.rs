@@ -11,8 +11,9 @@ numbers! {
         /// Time over which its reported velocities are averaged, s.
         velocity_memory = 60.0,
         /// A reported velocity that differs from the average by this, m/s, and this share of it is a turn
-        /// or a change of speed: 6°.
+        /// or a change of speed.
         velocity_change = 0.4,
+        /// That share: 6°.
         velocity_change_share = 0.1,
         /// Most that uncertainty adds to a distance to keep, m.
         growth_max = 50.0,

@@ -144,6 +144,11 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
     let too_long = |pointer: String, text: &str| {
         (NOTE_BYTES_MAX < text.len()).then(|| FieldError::too_long(pointer, text.len(), NOTE_BYTES_MAX))
     };
+    for (i, vessel) in heard.traffic.iter().enumerate() {
+        let place = format!("/traffic/{i}");
+        errors.extend(vessel.t_s.and_then(|then| time(format!("{place}/t_s"), then)));
+        errors.extend(wire::Vessel { t_s: None, ..vessel.clone() }.faults(&place));
+    }
     for (i, note) in heard.notes.iter().enumerate() {
         errors.extend(time(format!("/notes/{i}/t_s"), note.t_s));
         errors.extend(too_long(format!("/notes/{i}/text"), &note.text));

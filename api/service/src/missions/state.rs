@@ -4,13 +4,16 @@ use std::{collections::BTreeMap, mem};
 
 use planner::angle::Heading;
 use planner::nalgebra::Vector2;
-use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, pointer_token};
+use planner::snapshot::{
+    COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, VESSELS_MAX, pointer_token,
+};
+use planner::vessel::is_lost;
 use serde::{Deserialize, Serialize};
 
 use super::{clock::MissionClock, event::Event};
 use wire::{
     Asc, Auv, CraftFrame, DatumChange, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Report,
-    Task, VehicleId,
+    Task, VehicleId, Vessel,
     mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
 };
 
@@ -21,6 +24,9 @@ pub(super) const ASC_AGE_MAX: f64 = 10.0;
 /// Greatest age of a surface craft's state from which the planner learns, s. An extrapolated state
 /// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
+
+/// Age from which a mission forgets a vessel, s: those at anchor report each three minutes.
+const VESSEL_FORGOTTEN: f64 = 6.0 * 3600.0;
 
 /// Greatest lead of a vehicle's clock over the service's, s of the mission's clock.
 pub(super) const AHEAD_MAX: f64 = 1.0;
@@ -35,6 +41,9 @@ pub(super) struct MissionState {
     /// Newest positions of the surface craft: time, s, north and east, m. They place its ranges.
     #[serde(default)]
     craft_track: Vec<[f64; 3]>,
+    /// The newest position of each other vessel, by its identity.
+    #[serde(default)]
+    traffic: BTreeMap<String, Vessel>,
     /// The last report of whether the craft is steered. No plan depends on it.
     #[serde(default)]
     steering: Option<Steering>,
@@ -44,7 +53,8 @@ pub(super) struct MissionState {
 impl MissionState {
     pub(super) fn new(config: Live) -> Self {
         let craft_track = Vec::new();
-        Self { config, reports: BTreeMap::new(), asc: None, craft_track, steering: None, previous_plan: None }
+        let (reports, traffic) = (BTreeMap::new(), BTreeMap::new());
+        Self { config, reports, asc: None, craft_track, traffic, steering: None, previous_plan: None }
     }
 
     /// Applies an event. Only reports and changes of the setting change the state.
@@ -70,7 +80,8 @@ impl MissionState {
     /// `true` if the first fix on Earth can become the origin: no position in metres is known yet.
     pub(super) fn may_begin(&self) -> bool {
         let config = &self.config;
-        let nothing_heard = self.asc.is_none() && self.reports.values().all(Vec::is_empty);
+        let no_vessel = self.traffic.is_empty();
+        let nothing_heard = self.asc.is_none() && no_vessel && self.reports.values().all(Vec::is_empty);
         let no_path = config.auvs.iter().all(|auv| auv.path.is_none());
         let nothing_told = config.keep_outs.is_empty() && config.area.is_empty() && no_path;
         config.origin.is_none() && nothing_heard && nothing_told
@@ -133,6 +144,10 @@ impl MissionState {
         for [_, north, east] in &mut self.craft_track {
             change.position(north, east);
         }
+        for vessel in self.traffic.values_mut() {
+            change.position(&mut vessel.north_m, &mut vessel.east_m);
+        }
+        self.traffic.retain(|_, vessel| is_near(vessel.north_m, vessel.east_m));
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
         }
@@ -173,9 +188,40 @@ impl MissionState {
         {
             self.asc = Some(newest.clone());
         }
+        self.take_traffic(&heard.traffic, now);
         self.steering.take_if(|said| is_ahead(said.t_s, now));
         let said = self.steering.iter().chain(&heard.steering);
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
+    }
+
+    /// Takes the newest position of each vessel. Forgets the lost, and of more than can be planned with
+    /// the farthest from the craft.
+    fn take_traffic(&mut self, heard: &[Vessel], now: f64) {
+        let time = |vessel: &Vessel| vessel.t_s.unwrap_or(now);
+        for vessel in heard {
+            let is_newer = |known: &Vessel| time(known) <= time(vessel);
+            if self.traffic.get(&vessel.id.0).is_none_or(is_newer) {
+                let dated = Vessel { t_s: Some(time(vessel)), ..vessel.clone() };
+                self.traffic.insert(vessel.id.0.clone(), dated);
+            }
+        }
+        self.traffic.retain(|_, vessel| {
+            let age = now - time(vessel);
+            age < VESSEL_FORGOTTEN && !is_lost(vessel, age) && !is_ahead(time(vessel), now)
+        });
+        if self.traffic.len() <= VESSELS_MAX {
+            return;
+        }
+        let craft = self.asc.as_ref().map(|asc| asc.state.position());
+        let distance =
+            |vessel: &Vessel| craft.map_or(now - time(vessel), |at| (vessel.position() - at).norm());
+        let mut distances: Vec<f64> = self.traffic.values().map(distance).collect();
+        distances.sort_by(f64::total_cmp);
+        let farthest = distances[VESSELS_MAX - 1];
+        self.traffic.retain(|_, vessel| distance(vessel) <= farthest);
+        while VESSELS_MAX < self.traffic.len() {
+            self.traffic.pop_last();
+        }
     }
 
     /// The craft's newest positions with those in `heard`, in order of time.
@@ -279,7 +325,8 @@ impl MissionState {
         let before = self.previous_plan.as_ref();
         let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
         let auvs = self.config.auvs.iter().filter_map(heard).collect();
-        let request = request(&self.config, now, craft, auvs, previous_plan);
+        let mut request = request(&self.config, now, craft, auvs, previous_plan);
+        request.traffic = self.traffic.values().cloned().collect();
         Some(PlanRequest { current: asc.current.or(request.current), ..request })
     }
 }
@@ -346,6 +393,7 @@ fn request(
         area: config.area.clone(),
         acoustics: config.acoustics,
         surfacing_separation_m: config.surfacing_separation_m,
+        vessel_separation_m: config.vessel_separation_m,
         tuning: config.tuning.clone(),
         forecast: config.forecast,
         hold: config.hold,

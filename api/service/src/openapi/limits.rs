@@ -8,7 +8,7 @@ use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
 use planner::snapshot::{
     AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
     KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX,
-    VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
+    VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -114,7 +114,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Live.keep_outs", list(0, KEEP_OUTS_MAX)),
         ("Live.period_s", between(check::PERIOD)),
         ("Live.period_s", default(1.0)),
-        ("LiveAuv.id", name),
+        ("LiveAuv.id", name.clone()),
         ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
         ("NewMission.schema_version", version.clone()),
         ("NewMission.title", json!({ "maxLength": check::TITLE_BYTES_MAX })),
@@ -131,6 +131,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("PlanRequest.hold", default(Hold::default())),
         ("PlanRequest.keep_outs", list(0, KEEP_OUTS_MAX)),
         ("PlanRequest.schema_version", version),
+        ("PlanRequest.traffic", list(0, VESSELS_MAX)),
         ("Power.cubic_w_per_mps3", default(0.0)),
         ("Power.linear_w_per_mps", default(0.0)),
         ("PreviousPlan.targets", list(0, AUVS_MAX)),
@@ -141,6 +142,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Reports.auvs", json!({ "maxProperties": AUVS_MAX })),
         ("Reports.notes", at_most(REPORTS_MAX)),
         ("Reports.steering", at_most(REPORTS_MAX)),
+        ("Reports.traffic", at_most(VESSELS_MAX)),
         ("Run.speed_factor", between(check::SPEED_FACTOR)),
         ("Schedule.costs", list(0, AUVS_MAX)),
         ("Schedule.visits", list(0, VISITS_MAX)),
@@ -166,5 +168,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Step.ticks", default(Step::default().ticks)),
         ("Tuning.steps_s", list(*STEPS_COUNT.start(), *STEPS_COUNT.end())),
         ("Tuning.steps_s/items", between(STEP)),
+        ("Vessel.id", name),
+        ("Vessel.name", json!({ "maxLength": ID_LENGTH_MAX })),
     ]
 }

@@ -7,10 +7,10 @@ use serde_json::{Map, Value, json};
 use wire::{DIRECTION_DEG, DIRECTIONS, LATITUDE_MAX_DEG, LONGITUDE_MAX_DEG};
 
 /// Shapes with a position, in metres or on Earth.
-const POSITIONS: [&str; 4] = ["Asc", "AuvState", "Report", "KeepOut"];
+const POSITIONS: [&str; 5] = ["Asc", "AuvState", "Report", "KeepOut", "Vessel"];
 
 /// Shapes of requests with a direction.
-const DIRECTED: [&str; 4] = ["Asc", "AuvState", "Report", "Offset"];
+const DIRECTED: [&str; 5] = ["Asc", "AuvState", "Report", "Offset", "Vessel"];
 
 /// Shapes of several kinds, each closed, and the member that names the kind.
 const KINDS: [(&str, &str); 4] =
@@ -109,8 +109,13 @@ pub(super) fn write(document: &mut Value) {
     }
     let has_one =
         |(name, least): (&str, &str)| json!({ "required": [name], "properties": { name: { least: 1 } } });
-    let lists =
-        [("auvs", "minProperties"), ("asc", "minItems"), ("notes", "minItems"), ("steering", "minItems")];
+    let lists = [
+        ("auvs", "minProperties"),
+        ("asc", "minItems"),
+        ("traffic", "minItems"),
+        ("notes", "minItems"),
+        ("steering", "minItems"),
+    ];
     schemas["Reports"]["allOf"] = json!([{ "anyOf": lists.map(has_one) }]);
     let corners = schemas["PlanRequest"]["properties"]["area"]["items"].clone();
     for shape in ["PlanRequest", "Live"] {

@@ -132,6 +132,8 @@ pub struct Live {
     pub acoustics: Option<Acoustics>,
     /// Horizontal distance to keep from surfacing vehicles, as in a snapshot.
     pub surfacing_separation_m: Option<f64>,
+    /// Distance to keep from other vessels' sides, as in a snapshot.
+    pub vessel_separation_m: Option<f64>,
     /// The planner's levers, as in a snapshot.
     pub tuning: Option<Tuning>,
     /// Forecast of the underwater vehicles, as in a snapshot.

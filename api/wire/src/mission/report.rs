@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use geodesy::Datum;
 use nalgebra::Vector2;
-use planner::snapshot::{Asc, Current, Origin, Report};
+use planner::snapshot::{Asc, Current, Origin, Report, Vessel};
 use serde::{Deserialize, Serialize};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
@@ -29,6 +29,10 @@ pub struct Reports {
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub asc: Vec<AscReport>,
+    /// Other vessels, at most 64; the newest position of each counts. Of more than 64, the nearest are
+    /// known. Default of `t_s`: now.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traffic: Vec<Vessel>,
     /// Events aboard for the mission's log, at most 64. No plan depends on them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<Note>,
@@ -48,6 +52,9 @@ impl Reports {
         for at in self.asc.iter_mut().map(|report| &mut report.state).filter(|at| at.lat_deg.is_none()) {
             (at.lat_deg, at.lon_deg) = degrees(place(at.north_m, at.east_m));
         }
+        for vessel in self.traffic.iter_mut().filter(|vessel| vessel.lat_deg.is_none()) {
+            (vessel.lat_deg, vessel.lon_deg) = degrees(place(vessel.north_m, vessel.east_m));
+        }
         for fix in self.auvs.values_mut().flatten().filter(|fix| fix.lat_deg.is_none()) {
             if let (Some(north), Some(east)) = (fix.north_m, fix.east_m) {
                 (fix.lat_deg, fix.lon_deg) = degrees(place(north, east));
@@ -61,11 +68,13 @@ impl Reports {
             |fix: &Report| fix.lat_deg.is_some() || (fix.range_m.is_some() && fix.from.is_none());
         self.auvs.values().flatten().all(is_on_earth)
             && self.asc.iter().all(|report| report.state.lat_deg.is_some())
+            && self.traffic.iter().all(|vessel| vessel.lat_deg.is_some())
     }
 
     /// `true` if there is no report.
     pub fn is_empty(&self) -> bool {
-        self.auvs.is_empty() && self.asc.is_empty() && self.notes.is_empty() && self.steering.is_empty()
+        let no_vehicle = self.auvs.is_empty() && self.asc.is_empty() && self.traffic.is_empty();
+        no_vehicle && self.notes.is_empty() && self.steering.is_empty()
     }
 
     /// Adds the reports of `others`.
@@ -74,6 +83,7 @@ impl Reports {
             self.auvs.entry(id).or_default().extend(fixes);
         }
         self.asc.extend(others.asc);
+        self.traffic.extend(others.traffic);
         self.notes.extend(others.notes);
         self.steering.extend(others.steering);
     }

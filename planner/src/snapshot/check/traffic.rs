@@ -2,38 +2,52 @@
 
 use std::collections::HashSet;
 
-use super::Check;
+use super::{Check, found};
 use crate::facts::auv::VehicleId;
 use crate::facts::field_error::FieldError;
 use crate::facts::ranges::{FORESEEN, MANOEUVRE, PAST_VESSEL, VESSEL, VESSEL_SEPARATION};
 use crate::facts::traffic::{Avoidance, Vessel};
+
+impl Vessel {
+    /// Its faults, by member within `field`.
+    pub fn faults(&self, field: &str) -> Vec<FieldError> {
+        found(|check| check.vessel(field, self))
+    }
+}
 
 impl Check {
     pub(super) fn traffic(&mut self, vessels: &[Vessel], separation: Option<f64>) {
         let mut seen = HashSet::new();
         for (i, vessel) in vessels.iter().enumerate() {
             let field = format!("/traffic/{i}");
-            self.new_name(&format!("{field}/id"), &vessel.id, &mut seen);
-            if let Some(name) = vessel.name.as_ref().filter(|name| !name.is_empty()) {
-                self.name(&format!("{field}/name"), &VehicleId(name.clone()));
-            }
-            let values = [
-                vessel.t_s,
-                Some(vessel.north_m),
-                Some(vessel.east_m),
-                vessel.course_rad,
-                vessel.speed_mps,
-                vessel.heading_rad,
-                vessel.length_m,
-                vessel.sigma_m,
-            ];
-            for ((name, range), value) in VESSEL.iter().zip(values) {
-                let outside = |value| FieldError::outside(format_args!("{field}/{name}"), value, range);
-                self.invalid.extend(value.and_then(outside));
+            self.vessel(&field, vessel);
+            if !seen.insert(&vessel.id) {
+                self.fail_name(format_args!("{field}/id"), "duplicate", "duplicate name", &vessel.id);
             }
         }
         if let Some(separation) = separation {
             self.within(format_args!("/vessel_separation_m"), separation, &VESSEL_SEPARATION);
+        }
+    }
+
+    fn vessel(&mut self, field: &str, vessel: &Vessel) {
+        self.name(&format!("{field}/id"), &vessel.id);
+        if let Some(name) = vessel.name.as_ref().filter(|name| !name.is_empty()) {
+            self.name(&format!("{field}/name"), &VehicleId(name.clone()));
+        }
+        let values = [
+            vessel.t_s,
+            Some(vessel.north_m),
+            Some(vessel.east_m),
+            vessel.course_rad,
+            vessel.speed_mps,
+            vessel.heading_rad,
+            vessel.length_m,
+            vessel.sigma_m,
+        ];
+        for ((name, range), value) in VESSEL.iter().zip(values) {
+            let outside = |value| FieldError::outside(format_args!("{field}/{name}"), value, range);
+            self.invalid.extend(value.and_then(outside));
         }
     }
 
