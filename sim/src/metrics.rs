@@ -3,10 +3,14 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
-use planner::{los::Reference, plan::Method, snapshot::KeepOut};
+use planner::{
+    los::Reference,
+    plan::Method,
+    snapshot::{KeepOut, VESSEL_SEPARATION_DEFAULT},
+};
 use serde::Serialize;
 
-use crate::record::{AuvRow, NavigationRow, Record, Row, SurfaceCraftRow};
+use crate::record::{AuvRow, NavigationRow, Record, Row, SurfaceCraftRow, VesselRow};
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +56,18 @@ pub struct SurfaceCraftMetrics {
     /// Navigation of the AUVs once settled, if the goal localises them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub localisation: Option<LocalisationMetrics>,
+    /// Distance from other vessels, if there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub traffic: Option<TrafficMetrics>,
+}
+
+/// Distance from other vessels, at each row.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TrafficMetrics {
+    /// Least distance from half the length of a vessel, m.
+    pub least_m: f64,
+    /// Nearer than the distance to keep.
+    pub too_near_m: Violation,
 }
 
 /// The AUVs' own navigation once settled, over time and AUVs.
@@ -182,7 +198,22 @@ impl SurfaceCraftMetrics {
             answers_by_method: AnswersByMethod::of(&rows),
             visits: VisitMetrics::of(record),
             localisation: LocalisationMetrics::of(record),
+            traffic: TrafficMetrics::of(record),
         })
+    }
+}
+
+impl TrafficMetrics {
+    fn of(record: &Record) -> Option<Self> {
+        let least = |row: &Row| {
+            let craft = row.surface_craft.as_ref().map(|craft| craft.position);
+            let side = |vessel: &VesselRow| Some((craft? - vessel.position).norm() - 0.5 * vessel.length);
+            row.vessels.iter().filter_map(side).reduce(f64::min)
+        };
+        let least_m = record.rows.iter().filter_map(least).reduce(f64::min)?;
+        let kept = record.bounds.vessel_separation.unwrap_or(VESSEL_SEPARATION_DEFAULT);
+        let too_near = |row: &Row| least(row).map_or(0.0, |least| kept - least);
+        Some(Self { least_m, too_near_m: Violation::of(record, &too_near) })
     }
 }
 

@@ -8,10 +8,13 @@ use crate::{
     observe::Messages,
     record::{
         AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, NavigationRow, Record, Row, SurfaceCraftRow,
+        VesselRow,
     },
     scenario::{CurrentFile, Scenario, Start},
     visits::TrueCosts,
-    world::{SurfaceCraft, World, auv::SimulatedAuv, inner_loop::PERIOD, plant::Plant},
+    world::{
+        SurfaceCraft, World, auv::SimulatedAuv, inner_loop::PERIOD, plant::Plant, vessel::SimulatedVessel,
+    },
 };
 
 mod goal;
@@ -134,6 +137,7 @@ impl Mission {
             time: world.time(),
             surface_craft: None,
             auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
+            vessels: world.vessels.iter().map(vessel_row).collect(),
         };
         if let (Some((snapshot, guidance)), Some(craft), Some(goal)) =
             (guided, &world.surface_craft, &mut self.goal)
@@ -252,6 +256,11 @@ fn path_points(auv: &SimulatedAuv) -> Vec<Vector2<f64>> {
     let n = n.clamp(1.0, f64::from(PATH_POINTS_MAX)) as u32;
     let point = |k| auv.path.at(length * f64::from(k) / f64::from(n)).position;
     (0..=n).map(point).collect()
+}
+
+fn vessel_row(vessel: &SimulatedVessel) -> VesselRow {
+    let SimulatedVessel { position, course, speed, length, .. } = *vessel;
+    VesselRow { position, course, speed, length }
 }
 
 fn surface_craft_row(

@@ -24,10 +24,12 @@ use crate::{
 };
 
 mod acoustics;
+mod ais;
 mod noise;
 mod sensors;
 
 pub use acoustics::{Acoustics, AcousticsSetup, Fix, MessageCounts, Telemetry};
+pub use ais::{Ais, AisSetup};
 pub(crate) use noise::normal_pair;
 pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
 
@@ -93,6 +95,8 @@ pub struct Observer {
     sensors: SurfaceSensors,
     /// Acoustic channel; without it, every observation contains every vehicle's exact state.
     acoustics: Option<Acoustics>,
+    /// Receiver of what other vessels say, if there are any.
+    pub ais: Option<Ais>,
     /// The messages of every underwater vehicle, in the world's order.
     received: Vec<Received>,
     /// Error of its last own position estimate (north, east), m, to which fixes are relative.
@@ -133,6 +137,7 @@ impl Observer {
             briefing,
             sensors,
             acoustics,
+            ais: None,
             received: Vec::with_capacity(world.auvs.len()),
             own_error: Vector2::zeros(),
             all_telemetry: Vec::with_capacity(world.auvs.len()),
@@ -156,6 +161,9 @@ impl Observer {
 
     /// Listens for one inner-loop period.
     pub fn listen(&mut self, world: &World) {
+        if let Some(ais) = &mut self.ais {
+            ais.listen(world.time(), &world.vessels);
+        }
         let (Some(acoustics), Some(craft)) = (&mut self.acoustics, &world.surface_craft) else {
             return;
         };
@@ -234,6 +242,8 @@ impl Observer {
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
             forecast: briefing.forecast,
+            traffic: self.ais.iter().flat_map(Ais::known).cloned().collect(),
+            vessel_separation_m: briefing.bounds.vessel_separation,
             acoustics: range_max_m.map(|range_max_m| AcousticLink { range_max_m }),
             ..PlanRequest::new(
                 clock,

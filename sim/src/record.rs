@@ -73,6 +73,8 @@ pub struct Bounds {
     pub range_max: Option<f64>,
     /// Available propulsion energy, J.
     pub energy_max: Option<f64>,
+    /// Distance to keep from other vessels' sides, m.
+    pub vessel_separation: Option<f64>,
 }
 
 /// One instant, and the references from then on.
@@ -84,6 +86,21 @@ pub struct Row {
     pub surface_craft: Option<SurfaceCraftRow>,
     /// The underwater vehicles.
     pub auvs: Vec<AuvRow>,
+    /// The other vessels.
+    pub vessels: Vec<VesselRow>,
+}
+
+/// Another vessel at one instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VesselRow {
+    /// Position (north, east), m.
+    pub position: Vector2<f64>,
+    /// Course over ground, rad.
+    pub course: f64,
+    /// Speed over ground, m/s.
+    pub speed: f64,
+    /// Length over all, m.
+    pub length: f64,
 }
 
 impl Row {

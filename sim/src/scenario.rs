@@ -78,6 +78,11 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "visit-noisy",
     "visit-current",
     "visit-ranges",
+    "traffic-head-on",
+    "traffic-crossing",
+    "traffic-ferry",
+    "traffic-anchored",
+    "traffic-lane",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.

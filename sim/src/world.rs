@@ -3,7 +3,7 @@
 //! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] their autopilots;
 //! [`path_following`] and [`dive`] guide an AUV. [`surface_craft`] and [`auv`] are whole vehicles
 //! (AUV classes: [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s.
-//! [`plant`] has a hull's physical limits. An AUV may repeat a [`recorded_track`] instead.
+//! [`plant`] has a hull's physical limits; [`vessel`]s are points. An AUV may repeat a [`recorded_track`] instead.
 
 use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference};
@@ -19,6 +19,7 @@ pub mod plant;
 pub mod recorded_track;
 pub mod surface_craft;
 pub mod underwater_vehicle;
+pub mod vessel;
 pub mod water;
 
 pub use surface_craft::{Sea, SurfaceCraft};
@@ -26,6 +27,7 @@ pub use surface_craft::{Sea, SurfaceCraft};
 use auv::SimulatedAuv;
 use fault::Faults;
 use inner_loop::PERIOD;
+use vessel::SimulatedVessel;
 use water::Water;
 
 /// The true state of vehicles and water.
@@ -35,6 +37,8 @@ pub struct World {
     pub surface_craft: Option<SurfaceCraft>,
     /// The underwater vehicles, in the scenario's order.
     pub auvs: Vec<SimulatedAuv>,
+    /// Other vessels, in the scenario's order.
+    pub vessels: Vec<SimulatedVessel>,
     /// The water.
     pub water: Water,
     /// The faults.
@@ -54,7 +58,7 @@ impl World {
             let current = water.current(&auv.position(), auv.depth());
             auv.repeat_track(0.0, &current);
         }
-        Self { surface_craft, auvs, water, faults, periods: 0 }
+        Self { surface_craft, auvs, vessels: Vec::new(), water, faults, periods: 0 }
     }
 
     /// Time since the start, s.
@@ -105,6 +109,11 @@ impl World {
             if !auv.repeat_track(f64::from(self.periods + 1) * PERIOD, &current) {
                 auv.step(self.faults.behaviour(i, time), &current);
             }
+        }
+        if !self.vessels.is_empty() {
+            let craft = self.surface_craft.as_ref();
+            let seen = craft.map(|craft| (craft.position(), craft.water_velocity()));
+            self.vessels.iter_mut().for_each(|vessel| vessel.step(time, seen));
         }
         self.water.step();
         self.periods += 1;

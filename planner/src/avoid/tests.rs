@@ -2,11 +2,10 @@
 
 use std::f64::consts::PI;
 
-
 use super::encounter::{closest_approach, kind};
 use crate::facts::traffic::{EncounterKind, Vessel, VesselStatus};
-use crate::{Parameters, Plan, Workspace, plan};
 use crate::tests::prelude::*;
+use crate::{Parameters, Plan, Workspace, plan};
 
 fn vessel(id: &str, place: [f64; 2], course: f64, speed: f64) -> Vessel {
     Vessel {
@@ -98,8 +97,7 @@ fn a_craft_stands_on_until_the_others_inaction_makes_it_act() {
 
 #[test]
 fn names_order_and_north_change_nothing() {
-    let ships =
-        || vec![vessel("a", [900.0, 30.0], PI, 6.0), vessel("b", [200.0, 800.0], -PI / 2.0, 5.0)];
+    let ships = || vec![vessel("a", [900.0, 30.0], PI, 6.0), vessel("b", [200.0, 800.0], -PI / 2.0, 5.0)];
     let before = answer(request(ships()));
     let renamed = {
         let mut traffic = ships();
@@ -135,7 +133,10 @@ fn a_vessel_at_anchor_stays_and_one_under_way_is_forgotten_after_a_quarter_of_an
     let near = |status: VesselStatus, age: f64| {
         let ship = Vessel { status, t_s: Some(100.0 - age), ..vessel("ship", [60.0, 0.0], 0.0, 0.0) };
         let plan = answer(request(vec![ship]));
-        plan.trajectory.iter().map(|point| (point.position() - Vector2::new(60.0, 0.0)).norm()).fold(1e9, f64::min)
+        plan.trajectory
+            .iter()
+            .map(|point| (point.position() - Vector2::new(60.0, 0.0)).norm())
+            .fold(1e9, f64::min)
     };
     // Half the length, the default distance, and a standard deviation of 5 m.
     assert!(54.5 < near(VesselStatus::AtAnchor, 10_000.0));

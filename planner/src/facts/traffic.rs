@@ -15,7 +15,7 @@ const LENGTH: f64 = 20.0;
 const SIGMA: f64 = 10.0;
 
 /// Distance to keep from other vessels without a setting, m.
-pub(crate) const VESSEL_SEPARATION_DEFAULT: f64 = 30.0;
+pub const VESSEL_SEPARATION_DEFAULT: f64 = 30.0;
 
 /// Another vessel. Members that are left out are not known.
 #[skip_serializing_none]

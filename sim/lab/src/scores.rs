@@ -43,7 +43,7 @@ impl Scores {
 pub(crate) const IN_RANGE: &str = "time_in_range_s.";
 
 /// The lines: name, heading in a comparison's table, and decimals.
-pub(crate) const LINES: [(&str, &str, usize); 30] = [
+pub(crate) const LINES: [(&str, &str, usize); 32] = [
     ("visits.mean_cost", "mean cost of the AUVs", 2),
     ("visits.max_cost", "largest cost of an AUV", 1),
     ("visits.visits", "visits", 0),
@@ -53,6 +53,8 @@ pub(crate) const LINES: [(&str, &str, usize); 30] = [
     ("localisation.max_m", "AUVs' own error, largest, m", 1),
     ("localisation.stated_rms_m", "error that they state, RMS, m", 2),
     ("localisation.nees", "error over what they state (2)", 2),
+    ("traffic.least_m", "least distance from a vessel's side, m", 1),
+    ("traffic.too_near_m", "nearer than the distance to keep, m", 1),
     ("rms_m", "distance, RMS, whole mission, m", 3),
     ("mean_m", "distance, mean, m", 3),
     ("p95_m", "distance, 95 % of the time, m", 3),

@@ -96,6 +96,7 @@ fn bounds_are_judged_by_the_true_position() {
         area: square.map(Vector2::from).to_vec(),
         range_max: Some(6.0),
         energy_max: Some(1.5),
+        vessel_separation: None,
     };
     let broken = surface_craft_metrics(&record).violations;
     for (violation, worst) in [

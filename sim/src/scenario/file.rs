@@ -2,21 +2,23 @@
 //! member states its default.
 
 use planner::path::Side;
-use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX};
+use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX, VESSELS_MAX};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
 use super::files::Files;
 use super::quantity::{
     Angle, ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude,
-    MissionTime, Quantity, RangeToKeep, Share, SignedShare,
+    MissionTime, Quantity, RangeToKeep, Share, SignedShare, VesselSeparation,
 };
 use super::source::Source;
 
 mod environment;
+mod traffic;
 mod vehicles;
 
 pub use environment::*;
+pub use traffic::*;
 pub use vehicles::*;
 
 /// Largest number of faults, corners or knots of a scenario.
@@ -68,6 +70,10 @@ pub struct Scenario {
     /// The underwater vehicles.
     #[schemars(length(min = 1, max = AUVS_MAX))]
     pub auvs: Vec<AuvFile>,
+    /// Other vessels; none if left out.
+    #[serde(default)]
+    #[schemars(length(max = VESSELS_MAX))]
+    pub traffic: Vec<VesselFile>,
     /// The water; still if left out.
     #[serde(default)]
     pub water: WaterFile,
@@ -123,6 +129,8 @@ pub struct BoundsFile {
     pub range_max_m: Option<Quantity<RangeToKeep>>,
     /// Propulsion energy, J; unlimited if left out.
     pub energy_max_j: Option<Quantity<Energy>>,
+    /// Distance to keep from other vessels' sides, m; 30 if left out.
+    pub vessel_separation_m: Option<Quantity<VesselSeparation>>,
 }
 
 /// A disc to stay out of.

@@ -8,11 +8,11 @@ use planner::{
     snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
 };
 
-use crate::observe::{Briefing, Messages, Observer};
+use crate::observe::{Ais, Briefing, Messages, Observer};
 use crate::own_navigation::{OwnNavigation, RangingFaults};
 use crate::record::{Bounds, Origin};
 use crate::scenario::ScenarioError;
-use crate::scenario::file::{Declares, Scenario};
+use crate::scenario::file::{AisFile, Declares, Scenario};
 use crate::world::World;
 
 mod craft;
@@ -23,12 +23,13 @@ mod invalid;
 mod path;
 mod survey;
 mod track;
+mod traffic;
 mod turns;
 mod vehicles;
 
 pub use invalid::InvalidScenario;
 
-use draw::{Draw, navigation_stream};
+use draw::{Draw, ais_stream, check_count, navigation_stream};
 use environment::{bounds, ranging};
 use invalid::invalid;
 
@@ -89,7 +90,7 @@ impl Scenario {
         let auvs = auvs.map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw));
         let auvs = auvs.collect::<Result<Vec<_>, _>>()?;
         let water = self.water(&self.water, seed, &mut draw)?;
-        let bounds = bounds(&self.bounds, &mut draw)?;
+        let mut bounds = bounds(&self.bounds, &mut draw)?;
         let faults = self.faults(&mut draw)?;
         let (surface_craft, briefing, contact_range) = match craft {
             Some((craft, briefing, range)) => {
@@ -111,8 +112,19 @@ impl Scenario {
             OwnNavigation::new(&briefing.goal, faults, bounds.range_max, anchored, &mut world, random)
         });
         let observer = briefing.map(|briefing| self.observer(&world, briefing, seed, &mut draw));
+        let mut observer = observer.transpose()?;
+        // Drawn last: other numbers of a scenario do not depend on its vessels.
+        if !self.traffic.is_empty() {
+            world.vessels = self.traffic.iter().map(|file| traffic::vessel(file, &mut draw)).collect();
+            let setup = traffic::ais(self.knowledge.ais.as_ref().unwrap_or(&AisFile::default()), &mut draw);
+            bounds.vessel_separation = draw.take_optional(self.bounds.vessel_separation_m.as_ref());
+            if let Some(observer) = &mut observer {
+                observer.ais = Some(Ais::new(setup, world.vessels.len(), ais_stream(seed)));
+                observer.briefing.bounds.vessel_separation = bounds.vessel_separation;
+            }
+        }
         Ok(Start {
-            observer: observer.transpose()?,
+            observer,
             own_navigation,
             world,
             limits,
@@ -162,6 +174,14 @@ impl Scenario {
             }
             if self.auvs[..i].iter().any(|earlier| earlier.id == *id) {
                 return Err(invalid(field, format_args!("{id:?} is the name of two vehicles")));
+            }
+        }
+        check_count("traffic", self.traffic.len())?;
+        for (i, vessel) in self.traffic.iter().enumerate() {
+            let (field, id) = (format!("traffic[{i}].id"), &vessel.id);
+            check_name(&field, id)?;
+            if self.traffic[..i].iter().any(|earlier| earlier.id == *id) {
+                return Err(invalid(field, format_args!("{id:?} is the identity of two vessels")));
             }
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The surface craft: hull, thrusters and autopilot in water.
 
 use nalgebra::Vector2;
-use planner::{craft::CraftDescription, los::Reference, snapshot::Limits};
+use planner::{angle::ned_from_body, craft::CraftDescription, los::Reference, snapshot::Limits};
 
 pub use super::hull::{
     CoriolisMasses, Drag, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
@@ -126,6 +126,12 @@ impl SurfaceCraft {
     /// Position (north, east), m.
     pub fn position(&self) -> Vector2<f64> {
         self.state.fixed_rows::<2>(0).into_owned()
+    }
+
+    /// Velocity through the water (north, east), m/s.
+    pub fn water_velocity(&self) -> Vector2<f64> {
+        let [_, _, heading, surge, sway, ..]: [f64; 8] = self.state.into();
+        ned_from_body(heading) * Vector2::new(surge, sway)
     }
 
     /// Advances by one inner-loop period.

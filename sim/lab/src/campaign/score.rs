@@ -89,7 +89,7 @@ fn count(n: usize) -> Option<f64> {
 }
 
 /// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
-pub(super) const SCORES: [Number; 35] = [
+pub(super) const SCORES: [Number; 37] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
     ("p95_m", |_, m, _| Some(m.p95_m)),
@@ -120,6 +120,8 @@ pub(super) const SCORES: [Number; 35] = [
     ("answers_hold", |_, m, _| count(m.answers_by_method.hold)),
     ("navigation_rms_m", |_, m, _| Some(m.localisation?.rms_m)),
     ("navigation_max_m", |_, m, _| Some(m.localisation?.max_m)),
+    ("vessel_least_m", |_, m, _| Some(m.traffic?.least_m)),
+    ("vessel_violations", |_, m, _| count(m.traffic?.too_near_m.count)),
     ("visit_mean_cost", |_, m, _| Some(m.visits?.mean_cost)),
     ("visit_max_cost", |_, m, _| Some(m.visits?.max_cost)),
     ("visits", |_, m, _| count(m.visits?.visits)),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Point, yes};
+use super::{AisFile, Point, yes};
 use crate::scenario::quantity::{
     AcousticRange, AngleBias, AngleNoise, CorrelationTime, CurrentComponent, Damping, DepthNoise, Factor,
     FrameTime, HalfTurn, MessageTime, Period, PositionNoise, Quantity, RateNoise, Share, ShearDepth,
@@ -101,6 +101,8 @@ pub struct KnowledgeFile {
     pub acoustics: Option<AcousticsFile>,
     /// Faults of the measurements of a goal that localises; none if left out.
     pub ranging: Option<RangingFile>,
+    /// AIS, by which other vessels are known; usual errors if left out.
+    pub ais: Option<AisFile>,
 }
 
 /// Faults of the ranges or fixes between the surface craft and AUVs that it localises.

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use planner::snapshot::{ACOUSTIC_RANGE, ANGLE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX};
+use planner::snapshot::{ACOUSTIC_RANGE, ANGLE, CURRENT_MAX, KEEP_OUT_RADIUS, OFFSET_MAX, VESSEL_SEPARATION};
 
 use crate::world::surface_craft::random;
 
@@ -72,6 +72,10 @@ kinds! {
     HalfTurn: -std::f64::consts::PI..=std::f64::consts::PI, "rad";
     ShearDepth: 0.1..=2000.0, "m";
     KeepOutRadius: KEEP_OUT_RADIUS, "m";
+    VesselSeparation: VESSEL_SEPARATION, "m";
+    VesselLength: 1.0..=500.0, "m";
+    // A hydrofoil's.
+    VesselSpeed: 0.0..=30.0, "m/s";
     RangeToKeep: ACOUSTIC_RANGE, "m";
     AcousticRange: 0.01..=20_000.0, "m";
     FrameTime: 1.0..=3600.0, "s";

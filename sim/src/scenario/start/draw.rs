@@ -49,6 +49,11 @@ pub(super) fn navigation_stream(seed: u64) -> ChaCha8Rng {
     survey_stream(seed, 2 * AUVS_MAX)
 }
 
+/// The random numbers of AIS, below those of the AUVs' own navigation.
+pub(super) fn ais_stream(seed: u64) -> ChaCha8Rng {
+    survey_stream(seed, 2 * AUVS_MAX + 1)
+}
+
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the
 /// draws. Fixed and omitted numbers count: making a number a distribution changes no other.
 pub(super) struct Draw {

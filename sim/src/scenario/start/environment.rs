@@ -189,6 +189,7 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         area: draw.points(&file.area),
         range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
         energy_max: file.energy_max_j.as_ref().map(|energy| draw.take(energy)),
+        vessel_separation: None,
     };
     // Snapshots contain them and have the same rules.
     match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
