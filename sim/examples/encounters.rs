@@ -264,7 +264,8 @@ fn observe(outcome: &mut Outcome, avoidance: Option<&Avoidance>, course: f64, he
         outcome.manoeuvred = true;
         let turn = wrap(manoeuvre.heading_rad - heading);
         let until = avoidance.encounters.iter().map(|met| met.tcpa_s).fold(0.0, f64::max);
-        let _ = outcome.first_action.get_or_insert((turn, until));
+        let aside_first = wrap(manoeuvre.heading_rad - course);
+        let _ = outcome.first_action.get_or_insert((aside_first, until));
         let aside = wrap(manoeuvre.heading_rad - course);
         if 0.2 < aside.abs() && aside.abs() < 2.9 {
             if *side * aside < 0.0 {

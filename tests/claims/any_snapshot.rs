@@ -461,7 +461,7 @@ impl<'a> Forward<'a> {
             };
             let grown = sigma_velocity * (self.scene.vessel_age(vessel) + ahead);
             let kept = self.scene.vessel_separation_m.unwrap_or(30.0) + 0.5 * vessel.length_m.unwrap_or(20.0);
-            let kept = kept + vessel.sigma_m.unwrap_or(10.0).hypot(grown).min(50.0);
+            let kept = kept + (2.0 * vessel.sigma_m.unwrap_or(10.0).hypot(grown)).min(50.0);
             kept - (self.position - seen.position - velocity * ahead).norm()
         };
         vessels.map(too_near).fold(0.0, f64::max)

@@ -84,12 +84,10 @@ impl Avoider<'_> {
             other.kind = Some(met);
             let limits = &self.craft.limits;
             let leaves = radius / limits.speed_max + FRAC_PI_2 / limits.turn_rate_max;
-            let late = passing.too_near.is_some_and(|time| time < scene.tuned.act_share * leaves);
-            acts[i] = match met {
-                EncounterKind::KeepClear => false,
-                met if met.stands_on() => late || before.is_some_and(|before| before.acts),
-                _ => true,
-            };
+            let share = if met.stands_on() { scene.tuned.late_share } else { scene.tuned.early_share };
+            let is_time = passing.too_near.is_none_or(|time| time < share * leaves);
+            let has_begun = before.is_some_and(|before| before.acts);
+            acts[i] = met != EncounterKind::KeepClear && (is_time || has_begun);
         }
         // 2. The manoeuvre.
         let present = known.and_then(|known| known.manoeuvre);
@@ -171,7 +169,8 @@ impl Avoider<'_> {
             for share in SPEEDS {
                 let speed = (share * limits.speed_max).max(limits.speed_min);
                 if share < 1.0 {
-                    consider(Trial { heading: None, speed, until, margin }, change);
+                    let slower = (share * wanted.norm().min(limits.speed_max)).max(limits.speed_min);
+                    consider(Trial { heading: None, speed: slower, until, margin }, change);
                 }
                 for turn in TURNS.into_iter().filter(|_| 0.0 < share) {
                     if (self.due)() {

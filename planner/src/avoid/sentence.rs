@@ -26,6 +26,11 @@ pub(crate) fn sentence(
     let (other, passing) = (&scene.others[first], &outcome.passings[first]);
     let name = snapshot.traffic[other.forecast.vessel].called();
     let does = match other.kind {
+        Some(EncounterKind::HeadOn | EncounterKind::CrossingGiveWay | EncounterKind::Overtaking)
+            if !acts[first] =>
+        {
+            format!("will give way to {name}")
+        }
         Some(EncounterKind::HeadOn) => format!("meeting {name} head-on"),
         Some(EncounterKind::CrossingGiveWay) => format!("giving way to {name}"),
         Some(EncounterKind::Overtaking) => format!("overtaking {name}"),

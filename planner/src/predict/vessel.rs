@@ -59,6 +59,7 @@ pub(crate) struct VesselForecast {
     sigma: f64,
     sigma_velocity: f64,
     age: f64,
+    deviations: f64,
     growth_max: f64,
 }
 
@@ -101,6 +102,7 @@ impl VesselForecast {
             sigma: vessel.sigma(),
             sigma_velocity,
             age,
+            deviations: tuned.deviations,
             growth_max: tuned.growth_max,
         }
     }
@@ -117,10 +119,10 @@ impl VesselForecast {
         self.position + self.velocity * ahead
     }
 
-    /// Distance to keep from that position, m: half its length, the distance to keep, and a standard
-    /// deviation, which grows with its age.
+    /// Distance to keep from that position, m: half its length, the distance to keep, and two standard
+    /// deviations, which grow with its age.
     pub(crate) fn radius(&self, ahead: f64) -> f64 {
-        let grown = self.sigma.hypot(self.sigma_velocity * (self.age + ahead));
+        let grown = self.deviations * self.sigma.hypot(self.sigma_velocity * (self.age + ahead));
         self.separation + grown.min(self.growth_max)
     }
 }

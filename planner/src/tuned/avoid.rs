@@ -25,8 +25,12 @@ numbers! {
         pass_margin = 0.15,
         /// Share of it by which the present manoeuvre may pass nearer, as far as uncertainty has grown.
         kept_margin = 0.1,
-        /// Multiple of the time that it takes to leave a vessel's way at which a craft that stands on acts.
-        act_share = 1.5,
+        /// Multiple of the time that it takes to leave a vessel's way at which a craft that gives way acts.
+        early_share = 3.0,
+        /// The same of one that stands on.
+        late_share = 1.5,
+        /// Standard deviations of its position by which a vessel is passed farther off.
+        deviations = 2.0,
         /// Price of a metre too near, m of distance from the goal.
         depth_price = 100.0,
         /// Price of a pass on the wrong side, m of distance from the goal.
