@@ -258,6 +258,7 @@ class Mission:
         *,
         auvs: Mapping[str, Sequence[types.Report]] | None = None,
         asc: Sequence[types.AscReport] | None = None,
+        traffic: Sequence[types.Vessel] | None = None,
         notes: Sequence[types.Note] | None = None,
         steering: Sequence[types.Steering] | None = None,
         received_s: float | None = None,
@@ -268,8 +269,8 @@ class Mission:
         Who steers the craft says so by `steering`, once a second: nobody else knows, and the page shows what was said.
         Each call has its own `key`. Give one to repeat a report that another process may have sent.
         """
-        given = {"auvs": auvs, "asc": asc, "notes": notes, "steering": steering, "received_s": received_s}
-        body = _without_none(given)
+        vehicles = {"auvs": auvs, "asc": asc, "traffic": traffic}
+        body = _without_none({**vehicles, "notes": notes, "steering": steering, "received_s": received_s})
         return self._ask(post(f"{self._path}/reports", body, key=key or new_key()))
 
     def reference(self, wait_s: float = 0.0, after: int | None = None) -> types.CurrentReference | None:

@@ -138,6 +138,19 @@ class AuvState(TypedDict):
     turn_rate_radps: NotRequired[float]
 
 
+class Avoidance(TypedDict):
+    """What the craft does about other vessels."""
+
+    # The vessels that would come too near, from the earliest.
+    encounters: list[Encounter]
+    # What the craft does; absent while it can go straight for its goal.
+    manoeuvre: NotRequired[Manoeuvre | None]
+    # The same in one sentence.
+    sentence: str
+    # Velocities of the vessels that may come near; the next request needs them in `previous_plan`.
+    vessels: NotRequired[list[PastVessel]]
+
+
 class Baseline(TypedDict):
     """Answer of the line-of-sight law to the same request."""
 
@@ -335,6 +348,38 @@ class Drift(TypedDict):
     east_mps: float
     # Northward, m/s.
     north_mps: float
+
+
+class Encounter(TypedDict):
+    """A vessel that would come too near if the craft went straight for its goal."""
+
+    # `true` if the craft acts: always where it gives way, late where it stands on.
+    acts: bool
+    # Least distance from the vessel if both kept their present velocities, m.
+    cpa_m: float
+    # How the craft meets it; unchanged until it is past and clear.
+    kind: EncounterKind
+    # Least distance from the vessel on the foreseen way, m.
+    passes_m: float
+    # Distance that is kept from its position now, m.
+    separation_m: float
+    # The side of the vessel's course on which it passes the craft: how far to starboard the craft then is, m.
+    starboard_m: float
+    # Time until then, s; 0 if it was the nearest already.
+    tcpa_s: float
+    # The vessel.
+    vessel: str
+
+
+# How the craft meets a vessel, as rules 13 to 15 of the COLREGs tell encounters apart.
+EncounterKind: TypeAlias = Literal[
+    "head_on",
+    "crossing_give_way",
+    "crossing_stand_on",
+    "overtaking",
+    "overtaken",
+    "keep_clear",
+]
 
 
 class Estimate(TypedDict):
@@ -765,6 +810,8 @@ class Live(TypedDict):
     surfacing_separation_m: NotRequired[float | None]
     # The planner's levers, as in a snapshot.
     tuning: NotRequired[Tuning | None]
+    # Distance to keep from other vessels' sides, as in a snapshot.
+    vessel_separation_m: NotRequired[float | None]
 
 
 class LiveAuv(TypedDict):
@@ -789,6 +836,17 @@ class LocalisedVehicle(TypedDict):
     sigma_m: float
     # Root-mean-square horizontal error now, m. Absent if unknown; 20 m along either axis is then assumed.
     sigma_now_m: NotRequired[float | None]
+
+
+class Manoeuvre(TypedDict):
+    """A course and speed that the craft takes to keep clear, before it goes on to its goal."""
+
+    # Heading, rad.
+    heading_rad: float
+    # Speed through the water, m/s.
+    speed_mps: float
+    # Its end, s on the request's clock.
+    until_s: float
 
 
 # Origin of an answer: a fallback level, or a comparison-only law.
@@ -974,6 +1032,21 @@ class Origin(TypedDict):
 Outcome: TypeAlias = Literal["ok", "degraded"]
 
 
+class PastVessel(TypedDict):
+    """The velocity of a vessel, averaged over its last positions."""
+
+    # Number of positions that count, at least 1.
+    count: float
+    # Eastward velocity over ground, m/s.
+    east_mps: float
+    # The vessel.
+    id: str
+    # Northward velocity over ground, m/s.
+    north_mps: float
+    # Time of its last position, s on the request's clock.
+    t_s: float
+
+
 class Path(TypedDict):
     """A path that an underwater vehicle is known to follow."""
 
@@ -1069,13 +1142,20 @@ class PlanRequest(TypedDict):
     surfacing_separation_m: NotRequired[float | None]
     # Present time, s, on any clock that all times of the request share.
     t_s: float
+    # Other vessels, at most 64, from AIS, radar or whatever tells of them. Default: none.
+    traffic: NotRequired[list[Vessel]]
     # Tuning of the planner: weights, horizon, iterations. Default: as in each member.
     tuning: NotRequired[Tuning | None]
+    # Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length and a margin. Half
+    # the vessel's length and its uncertainty add to it. Default: 30.
+    vessel_separation_m: NotRequired[float | None]
 
 
 class PlanResponse(TypedDict):
     """A plan for the surface craft."""
 
+    # What the craft does about other vessels, if any may come near.
+    avoidance: NotRequired[Avoidance | None]
     # Answer of the line-of-sight law.
     baseline: Baseline
     # Estimate of the craft. The next request needs it in `previous_plan`.
@@ -1282,6 +1362,23 @@ class PredictedCraft(TypedDict):
     sway_per_yaw_rate_s: float
 
 
+class PredictedVessel(TypedDict):
+    """A vessel now, by its last position."""
+
+    # Age of the last position, s.
+    age_s: float
+    # Its identity.
+    id: str
+    # Its name.
+    name: NotRequired[str | None]
+    # Position (north, east) from the datum, m.
+    position: list[float]
+    # Distance that the craft keeps from that position, m.
+    separation_m: float
+    # Velocity over ground (north, east), m/s, if known.
+    velocity: NotRequired[list[float] | None]
+
+
 class Prediction(TypedDict):
     """A plan's predictions at some of its times. Positions are (north, east) from the datum, m."""
 
@@ -1291,6 +1388,8 @@ class Prediction(TypedDict):
     asc: list[list[float]]
     # The underwater vehicles.
     auvs: list[PredictedAuv]
+    # What the craft does about other vessels.
+    avoidance: NotRequired[Avoidance | None]
     # Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
     cost: NotRequired[float | None]
     # Estimate of the craft.
@@ -1313,6 +1412,8 @@ class Prediction(TypedDict):
     rms_m: float
     # Visits of underwater vehicles, for a goal of the kind `visit`.
     schedule: NotRequired[Schedule | None]
+    # The vessels of the request that the plan still knows of, as forecast.
+    vessels: NotRequired[list[PredictedVessel]]
     # Soft limits that the plan does not keep.
     violations: NotRequired[list[Violation]]
     # Warnings of the answer.
@@ -1352,6 +1453,8 @@ class PreviousEstimate(TypedDict):
 class PreviousPlan(TypedDict):
     """The last answer. The whole answer is accepted; only these members are read."""
 
+    # What it did about other vessels. Without it, encounters begin anew.
+    avoidance: NotRequired[Avoidance | None]
     # Its estimate of the craft. Without it, learning restarts.
     craft_estimate: NotRequired[PreviousCraft | None]
     # Its current. If the request has a ground velocity and no current, the estimate of the current, averaged over
@@ -1537,6 +1640,9 @@ class Reports(TypedDict):
     rejected: NotRequired[list[FieldError]]
     # States of steering, from the program that steers, at most 64. The newest counts.
     steering: NotRequired[list[Steering]]
+    # Other vessels, at most 64; the newest position of each counts. Of more than 64, the nearest are known. Default
+    # of `t_s`: now.
+    traffic: NotRequired[list[Vessel]]
 
 
 class Residuals(TypedDict):
@@ -2044,16 +2150,55 @@ class Version(TypedDict):
     version: str
 
 
+class Vessel(TypedDict):
+    """Another vessel. Members that are left out are not known."""
+
+    # Instead of `course_rad`: the same in degrees. The service stores radians.
+    course_deg: NotRequired[float | None]
+    # Course over ground, rad, within ±2π.
+    course_rad: NotRequired[float | None]
+    # Position of its receiver east of the datum, m.
+    east_m: NotRequired[float]
+    # Instead of `heading_rad`: the same in degrees. The service stores radians.
+    heading_deg: NotRequired[float | None]
+    # Direction of its bow, rad, within ±2π.
+    heading_rad: NotRequired[float | None]
+    # Its identity, such as an MMSI, unique in the request, 1 to 64 bytes.
+    id: str
+    # Latitude, degrees, positive north. Needs `origin`, as in other positions.
+    lat_deg: NotRequired[float | None]
+    # Length over all, m, from 1 to 500. Default: 20.
+    length_m: NotRequired[float | None]
+    # Longitude, degrees, positive east.
+    lon_deg: NotRequired[float | None]
+    # Its name for people, at most 64 bytes.
+    name: NotRequired[str | None]
+    # Position of its receiver north of the datum, m.
+    north_m: NotRequired[float]
+    # Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10.
+    sigma_m: NotRequired[float | None]
+    # Speed over ground, m/s, from 0 to 60.
+    speed_mps: NotRequired[float | None]
+    # What it does. One that is made fast stays where it is, however old its position. Default: `under_way`.
+    status: NotRequired[VesselStatus]
+    # Time of its position, s on the request's clock. Default: now.
+    t_s: NotRequired[float | None]
+
+
+# What a vessel does, as AIS tells it.
+VesselStatus: TypeAlias = Literal["under_way", "at_anchor", "moored", "aground", "fishing", "restricted"]
+
+
 class Violation(TypedDict):
     """A soft limit that a plan violates."""
 
     # Amount of the worst violation, in `unit`.
     amount: float
     # `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's position uncertainty),
-    # `area`, `keep_out` or `surfacing_separation`.
+    # `area`, `keep_out`, `surfacing_separation` or `vessel_separation`.
     limit: str
     # Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an underwater vehicle
-    # (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
+    # (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`. Absent for limits of the craft's own motion.
     pointer: NotRequired[str | None]
     # Time of the worst violation, s on the request's clock.
     t_s: float
