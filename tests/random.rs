@@ -169,7 +169,8 @@ impl Draw {
         if self.chance(0.67) {
             return (Vec::new(), None);
         }
-        let n_vessels = self.rng.random_range(1..if self.ugly { 12 } else { 3 });
+        // A program keeps clear of eight at most.
+        let n_vessels = self.rng.random_range(1..if self.ugly { 9 } else { 3 });
         let vessel = |i: usize| {
             let place = self.place(asc.position(), 400.0);
             let age = self.number((0.0, 20.0), (-2.0, 1000.0));

@@ -11,6 +11,7 @@
 //! closest approach); changes of the planned side; and the distance from the AUV without traffic,
 //! beside the same once the vessels are past. With `--show SEED` the tracks of one encounter as CSV.
 
+use std::f64::consts::FRAC_PI_2;
 use std::{collections::BTreeMap, env, error::Error, ops::RangeInclusive, thread};
 
 use nalgebra::Vector2;
@@ -126,7 +127,7 @@ fn draw(seed: u64, n: RangeInclusive<usize>, craft: &str, turning: f64) -> Drawn
         let speed: f64 = if rng.random_bool(0.1) { 0.0 } else { rng.random_range(0.5..15.0) };
         let turn = rng.random_range(-3.1..3.1);
         let ship_course = wrap(course + turn);
-        let across = direction(ship_course + 1.5707963);
+        let across = direction(ship_course + FRAC_PI_2);
         let meeting = auv.position() + auv.velocity() * meets + across * cpa;
         Ship {
             start: meeting - direction(ship_course) * speed * meets,
@@ -182,7 +183,7 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
                 });
             }
         }
-        let state = AuvState { north_m: auv.x, east_m: auv.y, ..drawn.auv.clone() };
+        let state = AuvState { north_m: auv.x, east_m: auv.y, ..drawn.auv };
         let asc = Asc { yaw_rate_radps: yaw_rate, ..Asc::new(position, Heading::new(heading), speed) };
         let mut request =
             PlanRequest::new(now, asc, vec![Auv::new("auv", state)], Goal::Track { auv: "auv".into() });
@@ -193,7 +194,7 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
         let begun = std::time::Instant::now();
         let answer = plan(&Snapshot::try_from(request)?, &parameters, &mut workspace);
         outcome.plan_ms.push(begun.elapsed().as_secs_f64() * 1e3);
-        observe(&mut outcome, answer.avoidance.as_ref(), drawn.auv.course_rad, heading, &mut side);
+        observe(&mut outcome, answer.avoidance.as_ref(), drawn.auv.course_rad, &mut side);
         if show {
             let to = answer.avoidance.as_ref().map_or("", |avoidance| &avoidance.sentence);
             print!(
@@ -241,15 +242,14 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
     }
     let late = after.iter().filter(|((now, _), _)| last_near + 200.0 < *now || 650.0 < *now);
     let (n, sum) = late.fold((0.0, 0.0), |(n, sum), (_, miss)| (n + 1.0, sum + miss * miss));
-    outcome.after =
-        if last_near + 250.0 < DURATION as f64 && 0.0 < n { (sum / n as f64).sqrt() } else { f64::NAN };
+    outcome.after = if last_near + 250.0 < DURATION as f64 && 0.0 < n { (sum / n).sqrt() } else { f64::NAN };
     if outcome.clearance < 0.0 {
         outcome.has_way = Some(has_a_way(drawn, behind));
     }
     Ok(outcome)
 }
 
-fn observe(outcome: &mut Outcome, avoidance: Option<&Avoidance>, course: f64, heading: f64, side: &mut f64) {
+fn observe(outcome: &mut Outcome, avoidance: Option<&Avoidance>, course: f64, side: &mut f64) {
     let Some(avoidance) = avoidance else { return };
     for encounter in &avoidance.encounters {
         let i: usize = encounter.vessel.0[5..].parse().unwrap_or(0);
@@ -262,7 +262,6 @@ fn observe(outcome: &mut Outcome, avoidance: Option<&Avoidance>, course: f64, he
     }
     if let Some(manoeuvre) = &avoidance.manoeuvre {
         outcome.manoeuvred = true;
-        let turn = wrap(manoeuvre.heading_rad - heading);
         let until = avoidance.encounters.iter().map(|met| met.tcpa_s).fold(0.0, f64::max);
         let aside_first = wrap(manoeuvre.heading_rad - course);
         let _ = outcome.first_action.get_or_insert((aside_first, until));
@@ -344,7 +343,7 @@ fn range(text: &str) -> RangeInclusive<u64> {
 fn main() -> Result<(), Failure> {
     let seeds = range(&option("--seeds", "1-20".to_owned()));
     let vessels = range(&option("--vessels", "1".to_owned()));
-    let vessels = *vessels.start() as usize..=*vessels.end() as usize;
+    let vessels = usize::try_from(*vessels.start())?..=usize::try_from(*vessels.end())?;
     let (craft, turning) = (option("--craft", "medusa".to_owned()), option("--turning", 0.0));
     let show: u64 = option("--show", 0);
     if 0 < show {
@@ -430,16 +429,12 @@ fn report(outcomes: &[(u64, Outcome)]) {
         ("plan, ms", &mut plans),
     ] {
         values.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            values.get(((values.len() as f64 - 1.0) * share).max(0.0) as usize).copied().unwrap_or(f64::NAN)
+        let at = |percent: usize| {
+            let rank = (values.len() * percent).div_ceil(100).saturating_sub(1);
+            values.get(rank).copied().unwrap_or(f64::NAN)
         };
-        println!(
-            "{name}: 5 % {:.2}, median {:.2}, 95 % {:.2}, 99 % {:.2}, n {}",
-            at(0.05),
-            at(0.5),
-            at(0.95),
-            at(0.99),
-            values.len()
-        );
+        let [low, half, high, highest] = [5, 50, 95, 99].map(at);
+        let n = values.len();
+        println!("{name}: 5 % {low:.2}, median {half:.2}, 95 % {high:.2}, 99 % {highest:.2}, n {n}");
     }
 }

@@ -242,7 +242,7 @@ impl Observer {
             keep_outs: briefing.bounds.keep_outs.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
             forecast: briefing.forecast,
-            traffic: self.ais.iter().flat_map(Ais::known).cloned().collect(),
+            traffic: self.ais.as_ref().map_or_else(Vec::new, |ais| ais.known(&world.vessels)),
             vessel_separation_m: briefing.bounds.vessel_separation,
             acoustics: range_max_m.map(|range_max_m| AcousticLink { range_max_m }),
             ..PlanRequest::new(

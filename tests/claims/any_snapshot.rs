@@ -444,12 +444,13 @@ impl<'a> Forward<'a> {
         let discs = scene.keep_outs.iter();
         let in_a_disc = most(&mut discs.map(|disc| disc.radius_m - (self.position - disc.centre()).norm()));
         let too_near = self.too_near_a_surfaced_auv(begin, step, share);
-        let keep_out = in_a_disc.max(too_near).max(self.too_near_a_vessel(begin + share * step));
+        let keep_out = in_a_disc.max(too_near).max(self.too_near_a_vessel([begin, begin + step], share));
         [range(true), range(false), area, keep_out]
     }
 
-    /// Amount by which the craft is too near to a vessel that is not to keep clear of it.
-    fn too_near_a_vessel(&self, ahead: f64) -> f64 {
+    /// Amount by which the craft is too near to a vessel that is not to keep clear of it. The distance
+    /// to keep goes linearly over an interval.
+    fn too_near_a_vessel(&self, [begin, end]: [f64; 2], share: f64) -> f64 {
         let vessels = vessels_now(self.scene).filter(|seen| !self.keeps_clear.contains(&seen.vessel));
         let too_near = |seen: VesselNow| {
             let vessel = &self.scene.traffic[seen.vessel];
@@ -459,10 +460,14 @@ impl<'a> Forward<'a> {
                 Some(velocity) => 0.05 + 0.01 * velocity.norm(),
                 None => vessel.speed_mps.unwrap_or(1.5),
             };
-            let grown = sigma_velocity * (self.scene.vessel_age(vessel) + ahead);
-            let kept = self.scene.vessel_separation_m.unwrap_or(30.0) + 0.5 * vessel.length_m.unwrap_or(20.0);
-            let kept = kept + (2.0 * vessel.sigma_m.unwrap_or(10.0).hypot(grown)).min(50.0);
-            kept - (self.position - seen.position - velocity * ahead).norm()
+            let kept = |ahead: f64| {
+                let grown = sigma_velocity * (self.scene.vessel_age(vessel) + ahead);
+                let separation = self.scene.vessel_separation_m.unwrap_or(30.0);
+                let sigma = 2.0 * vessel.sigma_m.unwrap_or(10.0).hypot(grown);
+                separation + 0.5 * vessel.length_m.unwrap_or(20.0) + sigma.min(50.0)
+            };
+            let there = seen.position + velocity * (begin * (1.0 - share) + end * share);
+            kept(begin) * (1.0 - share) + kept(end) * share - (self.position - there).norm()
         };
         vessels.map(too_near).fold(0.0, f64::max)
     }

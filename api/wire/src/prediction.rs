@@ -34,7 +34,7 @@ pub struct Prediction {
     /// The figure that the craft sails, for a goal of the kind `localise`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure: Option<Figure>,
-    /// What the craft does about other vessels.
+    /// Encounters with other vessels, and the manoeuvre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub avoidance: Option<Avoidance>,
     /// The vessels of the request that the plan still knows of, as forecast.

@@ -45,7 +45,7 @@ pub struct PlanResponse {
     pub schedule: Option<Schedule>,
     /// The figure that the craft sails, for a goal of the kind `localise`.
     pub figure: Option<Figure>,
-    /// What the craft does about other vessels, if any may come near.
+    /// Encounters with other vessels, and the manoeuvre, if any may come near.
     pub avoidance: Option<Avoidance>,
     /// Answer of the line-of-sight law.
     pub baseline: Baseline,

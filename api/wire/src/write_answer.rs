@@ -346,11 +346,8 @@ fn about_traffic(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     for broken in near {
         let Some(Subject::Vessel(i)) = broken.pointer else { continue };
         let vessel = &snapshot.traffic[i];
-        let met = plan.avoidance.iter().flat_map(|avoidance| &avoidance.encounters);
-        let met = met.filter(|met| met.vessel == vessel.id);
-        let passes: String = met.map(|met| format!("; it passes at {:.0} m", met.passes_m)).collect();
         let detail = format!(
-            "{} comes {:.0} m nearer than the distance to keep, in {:.0} s{passes}",
+            "{} comes {:.0} m nearer than the distance to keep, in {:.0} s",
             vessel.called(),
             broken.amount,
             broken.t_s - snapshot.t_s

@@ -10,6 +10,7 @@ use crate::avoid::sentence::sentence;
 use crate::avoid::trial::{Outcome, Trial};
 use crate::craft::model::CraftModel;
 use crate::facts::angle::{ned_from_body, wrap};
+use crate::facts::previous_plan::PreviousPlan;
 use crate::facts::traffic::{Avoidance, Encounter, EncounterKind, Manoeuvre, PastVessel};
 use crate::predict::goal::{GoalForecast, Way};
 use crate::predict::vessel::VesselForecast;
@@ -41,7 +42,7 @@ pub(crate) struct Avoider<'a> {
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
-/// What the craft does, with the vessels from which the program keeps it clear.
+/// The chosen way, with the vessels from which the program keeps the craft clear.
 pub(crate) struct Kept {
     pub(crate) avoidance: Avoidance,
     pub(crate) way: Option<Way>,
@@ -49,11 +50,12 @@ pub(crate) struct Kept {
 }
 
 impl Avoider<'_> {
-    /// What to do about the vessels of `snapshot` on the way to `goal`; none if none could come near.
+    /// Chooses the way to `goal` that keeps clear of the vessels of `snapshot`; none if none could
+    /// come near.
     pub(crate) fn avoid(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Option<Kept> {
         let mut scene = Scene::new(snapshot, goal, self.craft)?;
         let previous = snapshot.previous_plan.as_ref();
-        let elapsed = previous.and_then(|plan| plan.made_at()).map(|made| snapshot.t_s - made);
+        let elapsed = previous.and_then(PreviousPlan::made_at).map(|made| snapshot.t_s - made);
         let young = elapsed.is_some_and(|elapsed| (0.0..=REMEMBERED).contains(&elapsed));
         let known = previous.and_then(|plan| plan.avoidance.as_ref()).filter(|_| young);
         let remembered = |vessel: usize| {
@@ -187,7 +189,7 @@ impl Avoider<'_> {
     }
 }
 
-/// What the next plan needs to know of a vessel, which is forecast in the craft's axes.
+/// The averaged velocity of a vessel, whose `forecast` is in the craft's axes, for the next plan.
 fn past(snapshot: &Snapshot, forecast: &VesselForecast, heading: f64) -> PastVessel {
     let (vessel, velocity) = (&snapshot.traffic[forecast.vessel], ned_from_body(heading) * forecast.velocity);
     PastVessel {

@@ -1,4 +1,4 @@
-//! What kind of encounter two courses make.
+//! The kind of encounter that two courses make.
 
 use std::f64::consts::PI;
 
@@ -16,8 +16,8 @@ const ABAFT_THE_BEAM: f64 = 0.625 * PI;
 /// Speed below which a vessel has no side, m/s: half a knot.
 pub(crate) const SPEED_UNDER_WAY: f64 = 0.25;
 
-/// The encounter of the craft, with the velocity `own` over ground, m/s, and a vessel at `there` from
-/// it, m, with its velocity. A craft that hardly moves has the course of its bow.
+/// The encounter of the craft with a vessel at `there` from it, m; `own` is the craft's velocity
+/// over ground, m/s. A craft that hardly moves has the course of its bow.
 pub(crate) fn kind(own: &Vector2<f64>, there: &Vector2<f64>, velocity: &Vector2<f64>) -> EncounterKind {
     if velocity.norm() < SPEED_UNDER_WAY {
         return EncounterKind::KeepClear;
@@ -39,7 +39,7 @@ pub(crate) fn kind(own: &Vector2<f64>, there: &Vector2<f64>, velocity: &Vector2<
     }
 }
 
-/// Least distance of two points that keep their velocities, m, and the time until then, s, from now.
+/// Least distance of two points that keep their velocities, m, and the time until then, s.
 pub(crate) fn closest_approach(there: &Vector2<f64>, velocity: &Vector2<f64>) -> (f64, f64) {
     let square = velocity.norm_squared();
     let time = if square < f64::EPSILON { 0.0 } else { (-there.dot(velocity) / square).max(0.0) };

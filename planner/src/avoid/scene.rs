@@ -22,7 +22,7 @@ const VESSELS_MOST: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Other {
     pub(crate) forecast: VesselForecast,
-    /// How the craft meets it, if they would come too near.
+    /// The kind of the encounter, if they would come too near.
     pub(crate) kind: Option<EncounterKind>,
     /// The side of its course on which the craft meant to pass, positive to starboard.
     pub(crate) side: Option<f64>,
@@ -56,7 +56,7 @@ impl Scene {
         let motion =
             |motion: &Motion| Motion { position: place(motion.position), velocity: turned * motion.velocity };
         let current = turned * snapshot.current();
-        let reach = (craft.limits.speed_max + current.norm()) * tuned.look_ahead;
+        let reach = (snapshot.speed_most() + current.norm()) * tuned.look_ahead;
         let mut others: Vec<_> = VesselForecast::all(snapshot)
             .map(|vessel| vessel.seen_from(motion))
             .filter_map(|forecast| {
@@ -64,7 +64,7 @@ impl Scene {
                 let is_near = distance - forecast.radius(tuned.look_ahead) < reach;
                 let gap = forecast.position.norm() - forecast.radius(0.0) - reach;
                 let comes = gap < forecast.velocity.norm() * tuned.look_ahead;
-                let first = gap / (forecast.velocity.norm() + craft.limits.speed_max);
+                let first = gap / (forecast.velocity.norm() + snapshot.speed_most());
                 (is_near && comes).then_some((first, Other { forecast, kind: None, side: None }))
             })
             .collect();

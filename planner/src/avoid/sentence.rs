@@ -63,7 +63,7 @@ pub(crate) fn sentence(
     format!("{does}{action}, passes {:.0} m {side}{more}", passing.distance)
 }
 
-/// Where a place along and to starboard of a vessel is.
+/// Words for a place along and to starboard of a vessel.
 fn beside(place: &Vector2<f64>) -> &'static str {
     if place.y.abs() < place.x.abs() {
         if place.x < 0.0 { "astern" } else { "ahead" }

@@ -14,7 +14,7 @@ const SPEED_IN_TURN: f64 = 0.3;
 /// Time for which a vessel's way ahead of it belongs to it, s.
 const AHEAD: f64 = 120.0;
 
-/// Time over which depth counts as much as the greatest, s.
+/// Time for which a depth that lasts costs as much as the greatest one, s.
 const DEPTH_TIME: f64 = 30.0;
 
 /// A heading, from the bow, and a largest speed that are held until a time, s; then the craft goes
@@ -49,7 +49,7 @@ pub(crate) struct Passing {
 pub(crate) struct Outcome {
     /// Cost, m of distance from the goal.
     pub(crate) cost: f64,
-    /// Of each vessel of the scene.
+    /// The passing of each vessel of the scene.
     pub(crate) passings: SmallVec<[Passing; 16]>,
 }
 

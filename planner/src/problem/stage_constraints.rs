@@ -319,7 +319,7 @@ impl Sampling<'_> {
         vessels: &'v [VesselForecast],
         snapshot: &Snapshot,
     ) -> Vec<&'v VesselForecast> {
-        let speed = snapshot.limits().speed_max + snapshot.current().norm();
+        let speed = snapshot.speed_most() + snapshot.current().norm();
         let gap = |vessel: &VesselForecast| {
             let at = |time: &f64| {
                 let distance = self.frame.position(&vessel.at(*time)).norm();

@@ -212,6 +212,11 @@ impl Snapshot {
         &self.limits
     }
 
+    /// Largest speed of the craft through the water, m/s: it may be too fast now.
+    pub(crate) fn speed_most(&self) -> f64 {
+        self.limits.speed_max.max(self.asc.speed_mps.hypot(self.asc.sway_mps))
+    }
+
     /// The path of each AUV, if known, in the request's order.
     pub fn paths(&self) -> &[Option<KnownPath>] {
         &self.paths

@@ -23,11 +23,11 @@ numbers! {
         end_margin = 0.1,
         /// Share of the distance to keep by which a new manoeuvre passes farther off.
         pass_margin = 0.15,
-        /// Share of it by which the present manoeuvre may pass nearer, as far as uncertainty has grown.
+        /// Share of it by which the present manoeuvre may pass nearer.
         kept_margin = 0.1,
         /// Multiple of the time that it takes to leave a vessel's way at which a craft that gives way acts.
         early_share = 3.0,
-        /// The same of one that stands on.
+        /// The multiple at which a craft that stands on acts.
         late_share = 1.5,
         /// Standard deviations of its position by which a vessel is passed farther off.
         deviations = 2.0,

@@ -27,23 +27,34 @@ pub struct AisSetup {
     pub course_sigma: f64,
 }
 
-/// The receiver, with what it knows.
+/// A report of a vessel, received at a time, s.
+#[derive(Clone, Copy, Debug)]
+struct Heard {
+    vessel: usize,
+    time: f64,
+    position: Vector2<f64>,
+    course: f64,
+    speed: f64,
+}
+
+/// The receiver, with the reports on their way and the newest of each vessel.
 #[derive(Clone, Debug)]
 pub struct Ais {
     setup: AisSetup,
     noise: ChaCha8Rng,
     /// Time of the next report of each vessel, s.
     next: Vec<f64>,
-    /// Reports on their way, with the time of reception, s.
-    late: VecDeque<(f64, usize, Vessel)>,
-    known: Vec<Option<Vessel>>,
+    late: VecDeque<Heard>,
+    known: Vec<Option<Heard>>,
 }
 
 impl Ais {
     /// The receiver of that many vessels, whose first reports are spread over an interval.
     pub fn new(setup: AisSetup, n_vessels: usize, mut noise: ChaCha8Rng) -> Self {
         let next = (0..n_vessels).map(|_| setup.interval * noise.random::<f64>()).collect();
-        Self { setup, noise, next, late: VecDeque::new(), known: vec![None; n_vessels] }
+        // Listening allocates nothing: one a second for half a minute.
+        let late = VecDeque::with_capacity(32 * n_vessels);
+        Self { setup, noise, next, late, known: vec![None; n_vessels] }
     }
 
     /// Listens at `time`, s.
@@ -57,38 +68,40 @@ impl Ais {
             if self.noise.random::<f64>() < self.setup.lost_share {
                 continue;
             }
-            let place = vessel.position + error * self.setup.position_sigma;
-            let course = wrap(vessel.course + course * self.setup.course_sigma);
-            let received = time + self.setup.latency;
-            self.late.push_back((received, i, said(vessel, place, course, received, &self.setup)));
+            self.late.push_back(Heard {
+                vessel: i,
+                time: time + self.setup.latency,
+                position: vessel.position + error * self.setup.position_sigma,
+                course: wrap(vessel.course + course * self.setup.course_sigma),
+                speed: vessel.speed,
+            });
         }
-        while self.late.front().is_some_and(|(received, ..)| *received <= time) {
-            if let Some((_, i, vessel)) = self.late.pop_front() {
-                self.known[i] = Some(vessel);
+        while let Some(heard) = self.late.front().copied().filter(|heard| heard.time <= time) {
+            self.late.pop_front();
+            self.known[heard.vessel] = Some(heard);
+        }
+    }
+
+    /// The newest report of each of `vessels` that was heard.
+    pub(super) fn known(&self, vessels: &[SimulatedVessel]) -> Vec<Vessel> {
+        let report = |heard: &Heard| {
+            let vessel = &vessels[heard.vessel];
+            Vessel {
+                id: vessel.id.as_str().into(),
+                name: None,
+                t_s: Some(heard.time),
+                north_m: heard.position.x,
+                east_m: heard.position.y,
+                lat_deg: None,
+                lon_deg: None,
+                course_rad: (0.3 < heard.speed).then_some(heard.course),
+                speed_mps: Some(heard.speed),
+                heading_rad: None,
+                length_m: Some(vessel.length),
+                sigma_m: Some(self.setup.position_sigma.max(1.0)),
+                status: vessel.status,
             }
-        }
-    }
-
-    /// The newest report of each vessel that was heard.
-    pub(super) fn known(&self) -> impl Iterator<Item = &Vessel> {
-        self.known.iter().flatten()
-    }
-}
-
-fn said(vessel: &SimulatedVessel, place: Vector2<f64>, course: f64, time: f64, setup: &AisSetup) -> Vessel {
-    Vessel {
-        id: vessel.id.as_str().into(),
-        name: None,
-        t_s: Some(time),
-        north_m: place.x,
-        east_m: place.y,
-        lat_deg: None,
-        lon_deg: None,
-        course_rad: (0.3 < vessel.speed).then_some(course),
-        speed_mps: Some(vessel.speed),
-        heading_rad: None,
-        length_m: Some(vessel.length),
-        sigma_m: Some(setup.position_sigma.max(1.0)),
-        status: vessel.status,
+        };
+        self.known.iter().flatten().map(report).collect()
     }
 }

@@ -124,11 +124,11 @@ impl Scenario {
             }
         }
         Ok(Start {
-            observer,
-            own_navigation,
             world,
+            observer,
             limits,
             contact_range,
+            own_navigation,
             duration,
             settled_after,
             bounds,

@@ -4,8 +4,8 @@ use wire::{Segment, mission::Live};
 
 pub(super) const MEMORY: &str = "bytes of live missions in memory";
 
-/// Memory of a mission with metadata of 4 KiB and 64 vessels, and of each AUV with 64 reports and its part of two
-/// plans, bytes; without paths, whose length is bounded by the body of a request only.
+/// Memory of a mission with metadata of 4 KiB and 64 vessels, and of each AUV with 64 reports and
+/// its part of two plans, bytes; without paths, whose length only the body of a request bounds.
 const MISSION_BYTES: usize = 160 << 10;
 const AUV_BYTES: usize = 32 << 10;
 

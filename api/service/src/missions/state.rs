@@ -194,8 +194,8 @@ impl MissionState {
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
     }
 
-    /// Takes the newest position of each vessel. Forgets the lost, and of more than can be planned with
-    /// the farthest from the craft.
+    /// Takes the newest position of each vessel. Forgets those that are lost, and those that are
+    /// farthest from the craft if there are too many to plan with.
     fn take_traffic(&mut self, heard: &[Vessel], now: f64) {
         let time = |vessel: &Vessel| vessel.t_s.unwrap_or(now);
         for vessel in heard {

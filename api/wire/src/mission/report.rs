@@ -29,8 +29,8 @@ pub struct Reports {
     /// States of the surface craft, at most 64. The newest counts.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub asc: Vec<AscReport>,
-    /// Other vessels, at most 64; the newest position of each counts. Of more than 64, the nearest are
-    /// known. Default of `t_s`: now.
+    /// Other vessels, at most 64. The newest position of each counts; the mission knows the nearest
+    /// 64. Default of `t_s`: now.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traffic: Vec<Vessel>,
     /// Events aboard for the mission's log, at most 64. No plan depends on them.

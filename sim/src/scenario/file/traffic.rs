@@ -6,8 +6,8 @@ use serde::Deserialize;
 
 use super::NAME_PATTERN;
 use crate::scenario::quantity::{
-    Angle, AngleNoise, Coordinate, Instant, LostShare, MessageTime, OffsetComponent, Period, PositionNoise,
-    Quantity, VesselLength, VesselSpeed,
+    Angle, AngleNoise, Coordinate, FrameTime, Instant, LostShare, MessageTime, OffsetComponent,
+    PositionNoise, Quantity, VesselLength, VesselSpeed,
 };
 use crate::world::vessel::Behaviour;
 
@@ -63,9 +63,9 @@ enum StatusFile {
 #[serde(deny_unknown_fields)]
 pub struct AisFile {
     /// Time between two reports of a vessel, s; 6 if left out.
-    pub interval_s: Option<Quantity<MessageTime>>,
+    pub interval_s: Option<Quantity<FrameTime>>,
     /// Time from a position to its reception, s; 1 if left out.
-    pub latency_s: Option<Quantity<Period>>,
+    pub latency_s: Option<Quantity<MessageTime>>,
     /// Share of lost reports; 0.1 if left out.
     pub lost_share: Option<Quantity<LostShare>>,
     /// Standard deviation of a position along either axis, m; 5 if left out.
