@@ -212,6 +212,24 @@ async fn a_live_mission_plans_every_period_degrades_with_age_and_names_missing_v
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_client_that_waits_for_a_plan_is_answered_when_the_service_stops() {
+    let service = Service::start().await;
+    let mission = service.create(&live()).await;
+    service.order(&mission, "run", json!({})).await;
+    // Without reports no plan comes.
+    let reference = format!("{mission}/reference?wait_s=60");
+    let waits = service.get(&reference);
+    let stops = async {
+        service.clock.sleep(Duration::from_secs(1)).await;
+        service.missions.stop().await;
+    };
+    let asked = service.clock.now();
+    let (answer, ()) = tokio::join!(waits, stops);
+    answer.must_be(409);
+    assert!(service.clock.since(asked) < Duration::from_secs(2));
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_restart_keeps_all_knowledge_and_plans_as_before() {
     let mut service = Service::start().await;
     let mission = service.create(&live()).await;
