@@ -42,8 +42,8 @@ test("nothing serious is found on views of stored missions and of a snapshot in 
   await isAccessible(page, "a snapshot");
 });
 
-for (const name of ["steered", "degraded"]) {
-  test(`nothing serious is found on views of a mission that is ${name}`, async ({ page, played }) => {
+for (const name of ["steered", "degraded", "traffic"]) {
+  test(`nothing serious is found on views of the mission that was recorded as ${name}`, async ({ page, played }) => {
     const watched = await played(name);
     await watched.open("");
     await isAccessible(page, "the first page");

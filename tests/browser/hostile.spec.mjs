@@ -16,11 +16,13 @@ for (const [kind, name] of Object.entries(HOSTILE)) {
     const images = () => page.locator("main img").count();
     const example = await service.get("/v1/examples/track");
     example.auvs[0].id = example.goal.auv = name;
+    example.traffic = [{ id: name, name, north_m: 300, east_m: 100, speed_mps: 4, course_rad: Math.PI }];
     example.metadata = { [name]: name };
     await go(page, service, "#/plan");
     await page.getByRole("textbox", { name: /^Snapshot/ }).fill(JSON.stringify(example, null, 1));
     await page.getByRole("textbox", { name: /^Snapshot/ }).press("Control+Enter");
     await expect(page.locator(".plan-status")).toContainText("planned");
+    await expect(page.locator(".vessels")).toContainText(name);
     expect(await images()).toBe(0);
     await noOverflow(page);
 

@@ -1,5 +1,5 @@
 // Records anew, from live missions of the real service, what the tests of the page play (`recorded.mjs`): `.ci/page-test --record`, 75 s on a machine
-// that has nothing else to do. Whether the service still answers so, `recordings.spec.mjs` says.
+// that has nothing else to do; `node record.mjs NAME` records one alone. Whether the service still answers so, `recordings.spec.mjs` says.
 
 import { mkdir, writeFile } from "node:fs/promises";
 import { liveMission, startService } from "./service.mjs";
@@ -49,6 +49,17 @@ const MISSIONS = {
   degraded: { how: { fixAge: 1000 }, opened: planned(2), then: ({ wait }) => wait(planned(3)) },
   // The craft does not do what is asked.
   stuck: { how: { stuck: true }, opened: ({ mission }) => mission.plan?.warning_codes.some((code) => /does_not_(follow|respond)/.test(code)), then: ({ wait }) => wait(planned(2)) },
+  // A ship crosses from starboard, a tender keeps too near, and one that was last heard 150 s ago may be elsewhere.
+  traffic: {
+    how: {
+      traffic: (after, t_s) => [
+        { id: "244123456", name: "MV Example", t_s, north_m: 5, east_m: 500 - 4 * after, course_rad: -Math.PI / 2, speed_mps: 4, length_m: 90 },
+        { id: "tender", t_s, north_m: -45 + 0.3 * after, east_m: -10, course_rad: 0, speed_mps: 0.3, length_m: 8 },
+        { id: "244000001", name: "Ferry", t_s: t_s - after - 150, north_m: 2000, east_m: -3000, course_rad: 0, speed_mps: 6 },
+      ],
+    },
+    opened: planned(4), then: ({ wait }) => wait(planned(6)),
+  },
   // The page pins the next visit, and releases it.
   visits: {
     how: { ids: ["auv-1", "auv-2", "auv-3"], goal: { kind: "visit", auvs: ["auv-1", "auv-2", "auv-3"] } }, opened: planned(4), async then({ wait, order }) {
@@ -142,7 +153,7 @@ async function record(service, { how, opened, then }) {
 const service = await startService();
 try {
   await mkdir(new URL("recordings/", import.meta.url), { recursive: true });
-  await Promise.all(Object.entries(MISSIONS).map(async ([name, how]) => {
+  await Promise.all(Object.entries(MISSIONS).filter(([name]) => [undefined, name].includes(process.argv[2])).map(async ([name, how]) => {
     const { opening, frames } = await record(service, how);
     await writeFile(new URL(`recordings/${name}.ndjson`, import.meta.url), [opening, ...frames].map((line) => `${JSON.stringify(line)}\n`).join(""));
   }));

@@ -12,6 +12,7 @@ import { explanation } from "../../api/page/web/explanation.js";
 import { chartEvents } from "../../api/page/web/journal.js";
 import { OrderDraft, valueAt, withValue } from "../../api/page/web/order_draft.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
+import { addVessels, trafficState, vesselsOf } from "../../api/page/web/traffic.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
 const recording = (mission = {}) => new Recording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: {}, ...mission });
@@ -321,4 +322,66 @@ test("whoever steers judges the age of the plan, and the page only of a craft th
   const toneOf = (steering) => stateOf({ ...mission, steering: steering && { age_s: 0, why: "", ...steering } }).tone;
   const said = [{ state: "steering" }, { state: "steering", why: "no new plan" }, { state: "degraded" }, { state: "not_steering" }, { state: "steering", age_s: 4 }, undefined];
   expect(said.map(toneOf)).toEqual(["good", "warn", "bad", "bad", "bad", "bad"]);
+});
+
+/** A craft that goes north at 2 m/s, and what it knows of the vessels. */
+const among = (vessels, avoidance) => ({ after_s: [0, 5], asc: [[0, 0], [10, 0]], goal: [], auvs: [], warnings: [], violations: [], vessels, avoidance });
+const vessel = (id, position, velocity, age_s = 0) => ({ id, position, velocity, separation_m: 50, age_s });
+const met = (id, acts) => ({ vessel: id, kind: "head_on", acts, cpa_m: 7, tcpa_s: 60, passes_m: 90, separation_m: 50 });
+
+test("vessels are listed from those that the craft acts for, and the others with the nearest point of two straight courses", () => {
+  // Both reach (100, 0) after 50 s; one is 40 m abeam on the same course; one passed the craft and goes on; of one no speed is known.
+  const listed = vesselsOf(among([vessel("slow", [30, 0]), vessel("gone", [-60, 80], [0, 1]), vessel("beside", [0, 40], [2, 0]), vessel("meets", [100, 200], [0, -4]), vessel("ahead", [900, 0], [-4, 0])], { encounters: [met("ahead", true)], sentence: "" }));
+  expect(listed.map(({ id }) => id)).toEqual(["ahead", "slow", "beside", "gone", "meets"]);
+  const of = Object.fromEntries(listed.map(({ id, cpa, tcpa, closes }) => [id, [cpa, tcpa, closes]]));
+  expect(of).toEqual({ ahead: [7, 60, true], slow: [NaN, 0, false], beside: [40, 0, false], gone: [100, 0, false], meets: [0, 50, true] });
+});
+
+test("the map is fitted to vessels that are met or near, and to no others", () => {
+  const drawn = (encounters) => {
+    const picture = { tracks: [], lines: [], discs: [], marks: [], vehicles: [{ kind: "craft", north: 0, east: 0, heading: 0, colour: "hull" }] };
+    addVessels(picture, vesselsOf(among([vessel("near", [90, 0], [0, 1]), vessel("far", [0, 5000], [0, -9])], { encounters, sentence: "" })), 60);
+    return pictureBounds(picture);
+  };
+  expect(drawn([])).toEqual({ south: 0, northern: 90, west: 0, eastern: 0 });
+  expect(drawn([met("far", false)]).eastern).toBe(5000);
+});
+
+test("nothing is good with a vessel too near, and that is no alarm; a vessel beyond its distance changes nothing", () => {
+  const mission = { status: "running", kind: "live", plan: { outcome: "ok", method: "mpc", age_s: 0, period_s: 1, waits_for: [], warnings: [] }, steering: { state: "steering", why: "", age_s: 1 } };
+  const live = recording(), plan = (t_s, position, velocity) => take(live, { kind: "planned", t_s, late_s: 0, outcome: "ok", method: "mpc", reference: {}, prediction: among([vessel("MV Example", position, velocity)]) });
+  const state = () => stateOf(mission, { traffic: trafficState(live) });
+  plan(1, [40, 32], [0, 0]);
+  expect(state()).toMatchObject({ words: "steering", why: "", tone: "good" });
+  plan(2, [40, 28], [0, 0]);
+  expect(state()).toMatchObject({ words: "steering", why: "vessel too near", near: "MV Example 49\u00a0m, closing", tone: "warn", alarm: false });
+  plan(3, [-30, 0], [0, 0]);
+  expect(state().near).toBe("MV Example 30\u00a0m");
+  expect(stateOf(mission, { traffic: trafficState(live), lost: "the service does not answer" }).tone).toBe("warn");
+  // An alarm stays one, and a plan that is too old tells no distance.
+  expect(stateOf({ ...mission, steering: { state: "not_steering", why: "no heartbeat", age_s: 1 } }, { traffic: trafficState(live) })).toMatchObject({ why: "no heartbeat; vessel too near", tone: "bad", alarm: true });
+  expect(stateOf(mission, { traffic: trafficState(live), age_s: 9, said_s: 9 }).near).toBe(undefined);
+  // The list of missions knows the warning alone.
+  expect(stateOf({ ...mission, plan: { ...mission.plan, warning_codes: ["vessel_too_near"] } })).toMatchObject({ why: "vessel comes too near", tone: "warn", alarm: false });
+});
+
+test("a mission that heard vessels is not good when it has heard none for 3 min, at anchor 6 min, even when they are forgotten", () => {
+  const heard = (age_s, velocity, after = []) => {
+    const live = recording(), plan = (t_s, vessels) => take(live, { kind: "planned", t_s, late_s: 0, outcome: "ok", method: "mpc", reference: {}, prediction: among(vessels) });
+    plan(1000, [vessel("a", [900, 0], [1, 0], 2000), vessel("b", [900, 0], velocity, age_s)]);
+    for (const t_s of after) plan(t_s, undefined);
+    return trafficState(live)?.why;
+  };
+  const none = "no other vessel heard for 3 min";
+  expect([[179, [1, 0]], [181, [1, 0]], [181, undefined], [359, [0, 0]], [361, [0, 0]]].map(([age, velocity]) => heard(age, velocity))).toEqual([undefined, none, none, undefined, none]);
+  expect(heard(0, [1, 0], [1179])).toBe(undefined);
+  expect(heard(0, [1, 0], [1179, 5000])).toBe(none);
+  expect(trafficState(recording())).toBe(undefined);
+});
+
+test("a manoeuvre explains the plan, whatever answers", () => {
+  const plan = { ...among([]), line_of_sight: [], line_of_sight_reference: { speed_mps: 1, heading_rad: 0 }, rms_m: 1, line_of_sight_rms_m: 1 };
+  const avoidance = { encounters: [], manoeuvre: { heading_rad: 1, speed_mps: 1, until_s: 9 }, sentence: "giving way to MV Example: turns 40° to starboard, passes 90 m astern" };
+  for (const method of ["mpc", "saturated_los"]) expect(explanation({ ...plan, avoidance }, { heading: 1, speed: 1, method })).toBe("Giving way to MV Example: turns 40° to starboard, passes 90 m astern.");
+  expect(explanation({ ...plan, avoidance: { ...avoidance, manoeuvre: undefined } }, { heading: 0, speed: 1, method: "mpc" })).toMatch(/^Plan and line of sight steer the same/);
 });

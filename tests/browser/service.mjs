@@ -11,7 +11,11 @@ export const PROGRAM = process.env.PILOTFISH ?? new URL("../../target/debug/pilo
 
 /** Ticks of one step: so few that a busy machine makes them in the ten seconds that the service gives an answer. */
 const STEP = 5;
+/** How fast a craft turns and gathers way. */
+const TURN_RADPS = 0.2, ACCELERATION_MPS2 = 0.06;
 const KEEP_OUTS = [{ north_m: 60, east_m: 12, radius_m: 8 }], CRAFT = { north_m: -15, east_m: 10, heading_rad: 0, speed_mps: 0.2, sway_mps: 0, yaw_rate_radps: 0 };
+
+const within = (value, most) => Math.min(Math.max(value, -most), most);
 
 /** A service on a free port of this machine, in a directory of its own unless `data` says which. */
 export async function startService({ data, port = 0, token } = {}) {
@@ -84,9 +88,9 @@ export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed"
 /**
  * A live mission of `ids`, whose AUVs go north beside each other, and a craft that does what its references say, reported once a second of the mission's
  * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move. It says with each report that it is steered, or what it is to
- * `say`.
+ * `say`, and what `traffic` is after so many seconds, at the moment that is passed to it.
  */
-export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false } = {}) {
+export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false, traffic = () => [] } = {}) {
   const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
@@ -97,7 +101,11 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
     const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
     last = t_s;
     const current = await service.get(`/v1/missions/${id}/reference`).catch(() => null);
-    if (current && !stuck) ({ heading_rad: craft.heading_rad, speed_mps: craft.speed_mps } = current.plan.reference);
+    if (current && !stuck) {
+      const { heading_rad, speed_mps } = current.plan.reference, turn = Math.atan2(Math.sin(heading_rad - craft.heading_rad), Math.cos(heading_rad - craft.heading_rad));
+      craft.heading_rad += within(turn, TURN_RADPS * step);
+      craft.speed_mps += within(speed_mps - craft.speed_mps, ACCELERATION_MPS2 * step);
+    }
     craft.north_m += step * craft.speed_mps * Math.cos(craft.heading_rad);
     craft.east_m += step * craft.speed_mps * Math.sin(craft.heading_rad);
     n += 1;
@@ -105,7 +113,7 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
       const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
       return [name, [{ t_s: t_s - fixAge, north_m, east_m, depth_m: 8 + 6 * Math.sin((t_s - start) / 40 + i), sigma_m: 1 }]];
     }));
-    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: craft }], ...word && { steering: [{ t_s: clock(), ...word }] } });
+    await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: craft }], traffic: traffic(t_s - start, t_s), ...word && { steering: [{ t_s: clock(), ...word }] } });
   };
   const run = (async () => {
     while (!stopped) {

@@ -74,7 +74,7 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "order_draft"
     "order_form" "order_map" "orders" "picture" "plan" "plan_picture" "plan_tables" "playback" "pointers"
     "predictions" "recording" "route_form" "scores" "series" "service" "symbols" "theme" "thumbnail"
-    "visits"
+    "traffic" "visits"
 };
 
 /// Files that only live missions with orders and the API documentation load.
@@ -86,10 +86,11 @@ macro_rules! modules {
 }
 
 /// The modules of a report, each after its imports.
-const OF_REPORTS: [&str; 31] = modules! {
-    "dom" "format" "alarm" "theme" "series" "csv" "limits" "hand_over" "journal" "recording" "scores"
-    "playback" "background" "visits" "figure" "picture" "curves" "lettering" "symbols" "drawing" "measure" "map"
-    "chart_canvas" "chart" "explanation" "beliefs" "mission" "differences" "comparison" "sheet" "report"
+const OF_REPORTS: [&str; 32] = modules! {
+    "dom" "format" "alarm" "theme" "series" "csv" "limits" "hand_over" "journal" "traffic" "recording"
+    "scores" "playback" "background" "visits" "figure" "picture" "curves" "lettering" "symbols" "drawing"
+    "measure" "map" "chart_canvas" "chart" "explanation" "beliefs" "mission" "differences" "comparison" "sheet"
+    "report"
 };
 
 /// The policy for a page of one file: its own script and style, and nothing from elsewhere.

@@ -43,13 +43,24 @@ export function isAlarm(code) {
 }
 
 /**
- * The state of a mission. Whether the craft of a live one is steered says who steers it, and nobody else.
+ * The state of a mission. Traffic is no alarm, but nothing is good with it too near or not known.
  * @param {MissionJson} mission
- * @param {{ age_s?: number, said_s?: number, lost?: string }} [seen] ages of the last plan and of the last word of whoever steers the craft, if the caller
- *   knows them better, and why the service is not heard
+ * @param {{ age_s?: number, said_s?: number, lost?: string, traffic?: import("./types.js").TrafficState }} [seen] ages of the last plan and of the last
+ *   word of whoever steers the craft, and what is not good of the traffic, if the caller knows them better, and why the service is not heard
  * @returns {MissionState}
  */
-export function stateOf({ status, kind, plan, scene, steering }, { age_s = plan?.age_s ?? Infinity, said_s = steering?.age_s ?? Infinity, lost = "" } = {}) {
+export function stateOf(mission, seen = {}) {
+  const state = steeringOf(mission, seen), warned = mission.plan?.warning_codes?.includes("vessel_too_near");
+  const traffic = seen.traffic ?? (warned ? { why: "vessel comes too near" } : undefined);
+  if (!traffic || mission.status !== "running" || state.age_s !== undefined) return state;
+  return { ...state, ...traffic, why: [state.why, traffic.why].filter(Boolean).join("; "), tone: state.tone === "good" ? "warn" : state.tone };
+}
+
+/**
+ * Whether the craft of a live mission is steered says who steers it, and nobody else.
+ * @param {MissionJson} mission @param {{ age_s?: number, said_s?: number, lost?: string }} seen @returns {MissionState}
+ */
+function steeringOf({ status, kind, plan, scene, steering }, { age_s = plan?.age_s ?? Infinity, said_s = steering?.age_s ?? Infinity, lost = "" }) {
   if (status === "failed") return { words: "failed", why: "", tone: "bad", alarm: true };
   if (status !== "running") return { words: status, why: "", tone: "", alarm: false };
   /** @param {MissionState} state what is told while the service does not answer is no good news @returns {MissionState} */

@@ -44,9 +44,9 @@ export function pictureBounds(picture, all = true) {
     for (let i = from; i < to; i += step) take(track.north[i], track.east[i]);
     if (to > from) take(track.north[to - 1], track.east[to - 1]);
   }
-  for (const line of picture.lines) if (line.colour !== "chart" && (all || line.style !== "wide")) for (const [north, east] of line.points) take(north, east);
+  for (const line of picture.lines) if (line.colour !== "chart" && !line.aside && (all || line.style !== "wide")) for (const [north, east] of line.points) take(north, east);
   for (const disc of picture.discs) if (disc.style === "keep-out") take(disc.north, disc.east, disc.radius);
-  for (const vehicle of picture.vehicles) take(vehicle.north, vehicle.east);
+  for (const vehicle of picture.vehicles) if (!vehicle.aside) take(vehicle.north, vehicle.east);
   for (const other of picture.beside ?? []) {
     const its = pictureBounds(other, all);
     if (its) take(its.south, its.west);
@@ -170,7 +170,7 @@ function drawDisc(pen, { north, east, radius, colour: name, style }) {
   const { context, frame } = pen;
   context.beginPath();
   context.arc(pen.x(east), pen.y(north), radius * frame.scale, 0, 2 * Math.PI);
-  if (style === "acoustic") return pen.stroke(name, "dashed", 1);
+  if (style !== "keep-out") return pen.stroke(name, "dashed", 1);
   context.save();
   context.globalAlpha = 0.14;
   context.fillStyle = pen.ink(name);

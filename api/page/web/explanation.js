@@ -12,7 +12,9 @@ const PLANNED = ["mpc", "previous_plan"];
  * @param {import("./types.js").Prediction} prediction
  * @param {{ heading: number, speed: number, method: string }} steered
  */
-export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_reference: law, rms_m, line_of_sight_rms_m, cost, line_of_sight_cost }, { heading, speed, method }) {
+export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_reference: law, rms_m, line_of_sight_rms_m, cost, line_of_sight_cost, avoidance }, { heading, speed, method }) {
+  // The law steers for the same manoeuvre.
+  if (avoidance?.manoeuvre) return avoidanceWords(avoidance);
   if (!PLANNED.includes(method)) return "";
   const apart = (/** @type {[number, number][]} */ track, /** @type {number} */ i) => Math.hypot(track[i][0] - goal[i][0], track[i][1] - goal[i][1]);
   const other = goal.findIndex(([north, east], i) => i > 0 && isOther(Math.hypot(north - goal[i - 1][0], east - goal[i - 1][1]), after_s[i] - after_s[i - 1]));
@@ -28,4 +30,9 @@ export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_r
   // The cost decides; a record of an earlier version does not have it.
   if (cost === undefined || line_of_sight_cost === undefined) return `${so}: until ${horizon} from now it expects ${distances}.`;
   return `${so}: until ${horizon} from now that costs ${number(cost, 1)}, line of sight ${number(line_of_sight_cost, 1)}; it expects ${distances}.`;
+}
+
+/** @param {import("./types.js").Avoidance} avoidance */
+export function avoidanceWords({ sentence }) {
+  return `${sentence.charAt(0).toUpperCase()}${sentence.slice(1)}.`;
 }

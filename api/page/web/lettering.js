@@ -10,7 +10,7 @@ export const FONT_BOLD = `600 ${FONT}`;
 export const FONT_SMALL = "11px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Half the width of a hull and of a point of an arrow, pixels, and how far along an arrow those points are. */
-const HULL_PX = { craft: 15, auv: 11 }, ARROW_POINT_PX = 5, ARROW_POINTS_PX = [20, 30, 38];
+const HULL_PX = { craft: 15, auv: 11, vessel: 14, still: 9 }, ARROW_POINT_PX = 5, ARROW_POINTS_PX = [20, 30, 38];
 /** Where a name is tried, as distances from the vehicle, pixels, and as directions: right and left first. */
 const DISTANCES_PX = [16, 34, 56, 84], DIRECTIONS = [[1, 0], [-1, 0], [0.8, -0.8], [0.8, 0.8], [-0.8, -0.8], [-0.8, 0.8], [0, -1], [0, 1]];
 /** Of a place, in square pixels of what is covered: what a step farther and a change from the last picture cost. */

@@ -9,6 +9,7 @@ import { MissionView } from "./mission.js";
 import { Bell } from "./bell.js";
 import { Predictions } from "./predictions.js";
 import { ordersOf } from "./orders.js";
+import { trafficState } from "./traffic.js";
 
 /**
  * @typedef {import("./app.js").Context} Context
@@ -111,7 +112,7 @@ class LiveMission {
   /** The state now, by what was heard last. */
   now() {
     const lost = this.link.name === "lost" ? this.link.detail : this.unanswered ? "the service does not answer" : "";
-    return stateOf(this.mission, { age_s: this.planAge(), said_s: this.since(this.said), lost: lost && `connection lost: ${lost}; trying again` });
+    return stateOf(this.mission, { age_s: this.planAge(), said_s: this.since(this.said), traffic: trafficState(this.recording), lost: lost && `connection lost: ${lost}; trying again` });
   }
 
   /** Browsers let a hidden page sleep for up to a minute: what it knows then is too old to tell, and is asked first. */
@@ -290,11 +291,11 @@ class LiveMission {
 
   drawState() {
     const { mission, link, recording } = this, state = this.now();
-    const { words, why, tone, age_s } = state, running = mission.status === "running";
+    const { words, why, tone, age_s, near } = state, running = mission.status === "running";
     document.title = tabTitle(state, `${mission.title || mission.id} · Pilotfish`);
     this.bell.hear(state.alarm ? words : "", `${mission.title || mission.id}: ${words}${why && `: ${why}`}`);
     this.logAlarm(state);
-    const chips = [chip([words, age_s !== undefined && ` ${ageWords(age_s)}`, why && `: ${why}`].filter(Boolean).join(""), `state ${tone}`)];
+    const chips = [chip([words, age_s !== undefined && ` ${ageWords(age_s)}`, why && `: ${why}`, near && `: ${near}`].filter(Boolean).join(""), `state ${tone}`)];
     if (running) {
       chips.push(chip("running", ""));
       if (link.name === "live") chips.push(chip("connected", tone === "good" ? "good" : ""));

@@ -10,6 +10,7 @@ import { beliefsOf } from "./beliefs.js";
 import { chartsOf } from "./curves.js";
 import { explanation } from "./explanation.js";
 import { chartEvents } from "./journal.js";
+import { vesselsOf, vesselTable } from "./traffic.js";
 import { visitsAt, VisitStrip } from "./visits.js";
 import { NO_BACKGROUND, backgroundOf, placeOnEarth } from "./background.js";
 import { MapView } from "./map.js";
@@ -32,12 +33,12 @@ const AROUND_S = 90;
 /** @type {[keyof Layers, string, boolean][]} */
 const LAYERS = [
   ["forecasts", "forecasts, 95 % ellipses", true], ["ghost", "line of sight from here", true], ["goal", "goal", true], ["fixes", "fixes", true],
-  ["acoustic", "acoustic range", true], ["bounds", "keep-outs and area", true], ["paths", "paths", true], ["tour", "tour of visits", true], ["chart", "my chart", true],
+  ["acoustic", "acoustic range", true], ["bounds", "keep-outs and area", true], ["paths", "paths", true], ["tour", "tour of visits", true], ["chart", "my chart", true], ["traffic", "other vessels", true],
 ];
 
 const LEGEND = [
   ["craft", "surface craft"], ["plan", "plan"], ["los", "line of sight from here"], ["goal", "goal"], ["auv", "darker is deeper"], ["forecast", "forecast, 95 %"],
-  ["fix", "fix"], ["refused", "fix refused"], ["keep-out", "keep out"], ["violation", "limit broken"],
+  ["fix", "fix"], ["refused", "fix refused"], ["keep-out", "keep out"], ["violation", "limit broken"], ["vessel", "other vessel, distance to keep"],
 ];
 
 /** The view of one or more runs on one clock. */
@@ -102,8 +103,10 @@ export class MissionView {
     this.believed = el("dl", { class: "now" });
     this.why = el("p", { class: "explained" });
     this.warnings = el("ul", { class: "warnings" });
+    this.vessels = el("section", { class: "panel", "aria-labelledby": "vessels-title", hidden: true });
     this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
     const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
+    /** What the legend has. @type {string} */
     this.keyed = "\n";
     this.empty = el("p", { class: "empty", hidden: true }, "No plan and no fix yet.");
     this.visits = new VisitStrip();
@@ -115,6 +118,7 @@ export class MissionView {
       this.options.below,
       el("div", { class: "side" },
         this.options.side,
+        !several && this.vessels,
         !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.why, this.now, this.warnings),
         !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "The planner's estimates"), this.believed),
         el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "Log"), this.log)),
@@ -220,9 +224,10 @@ export class MissionView {
       for (const [i, picture] of pictures.entries()) {
         maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }
-      const auvs = [...this.runs[0].recording.places.keys()];
-      if (auvs.join("\n") !== this.keyed) fill(this.key ?? el("ul"), legendOf(this.runs, auvs));
-      this.keyed = auvs.join("\n");
+      const auvs = [...this.runs[0].recording.places.keys()], traffic = pictures.some(({ vehicles }) => vehicles.some(({ kind }) => kind === "vessel" || kind === "still"));
+      const names = [...auvs, String(traffic)].join("\n");
+      if (names !== this.keyed) fill(this.key ?? el("ul"), legendOf(this.runs, auvs, traffic));
+      this.keyed = names;
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
         this.charts?.setCharts(chartsOf(this.runs));
@@ -288,7 +293,15 @@ export class MissionView {
     fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).toSorted((a, b) => Number(isAlarm(b.code)) - Number(isAlarm(a.code))).map(({ code, detail }) => el("li", { class: isAlarm(code) ? "violated" : "" }, detail)),
       (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
     this.visits?.draw(visitsAt(recording, t));
+    this.drawVessels(believed ? vesselsOf(believed) : []);
     facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);
+  }
+
+  /** @param {import("./traffic.js").Vessel[]} vessels */
+  drawVessels(vessels) {
+    if (!this.vessels) return;
+    this.vessels.hidden = !vessels.length;
+    fill(this.vessels, el("h2", { id: "vessels-title" }, "Other vessels"), vesselTable(vessels));
   }
 
   drawLog() {
@@ -306,9 +319,9 @@ function facts(list, pairs) {
   fill(list, pairs.map(([name, value]) => el("div", {}, name && el("dt", {}, named(name)), el("dd", {}, value))));
 }
 
-/** What is on the map, each AUV by its colour. @param {Run[]} runs @param {string[]} auvs */
-function legendOf(runs, auvs) {
-  const several = runs.length > 1, fixed = several ? LEGEND.filter(([kind]) => !["craft", "plan", "los", "fix", "refused", "forecast"].includes(kind)) : LEGEND;
+/** What is on the map, each AUV by its colour. @param {Run[]} runs @param {string[]} auvs @param {boolean} traffic */
+function legendOf(runs, auvs, traffic) {
+  const several = runs.length > 1, left = [...several ? ["craft", "plan", "los", "fix", "refused", "forecast"] : [], ...traffic ? [] : ["vessel"]], fixed = LEGEND.filter(([kind]) => !left.includes(kind));
   return [
     ...several ? runs.map(({ name, colour }) => el("li", {}, swatch(colour), name)) : [], ...auvs.map((id, i) => el("li", {}, swatch(auvColour(i)), named(id))),
     ...fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)),

@@ -3,6 +3,7 @@
 import { figureEllipses, figureLine, placeMarks } from "./figure.js";
 import { auvColour } from "./dom.js";
 import { number } from "./format.js";
+import { addVessels, vesselsOf } from "./traffic.js";
 import { addTour, visitsAt } from "./visits.js";
 
 /**
@@ -10,7 +11,7 @@ import { addTour, visitsAt } from "./visits.js";
  * @typedef {import("./series.js").Series} Series
  * @typedef {import("./types.js").Picture} Picture
  * @typedef {{ name: string, colour: string, recording: Recording }} Run
- * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean, tour: boolean }} Layers
+ * @typedef {{ forecasts: boolean, goal: boolean, fixes: boolean, ghost: boolean, acoustic: boolean, bounds: boolean, paths: boolean, chart: boolean, tour: boolean, traffic: boolean }} Layers
  * @typedef {{ lines: import("./types.js").Line[], marks: import("./types.js").Mark[] }} Background
  */
 
@@ -51,6 +52,7 @@ export function pictureAt(runs, t, layers, background) {
   for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, runs.length > 1 ? colour : "hull", "solid", name || "surface craft");
   const believed = runs.length === 1 ? first.predictionAt(t) : null;
   if (believed) beliefs(picture, runs[0], believed, layers);
+  if (believed && layers.traffic) addVessels(picture, vesselsOf(believed.prediction), believed.prediction.after_s.at(-1) ?? 0);
   if (believed && layers.tour) addTour(picture, believed.prediction.asc[0], t, visits);
   if (layers.fixes) rawFixes(picture, first, t);
   for (const run of runs) craftAt(picture, run, t, runs.length > 1);

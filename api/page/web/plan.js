@@ -5,7 +5,7 @@ import { askJson, ask, isUnreachable, Refusal, send } from "./service.js";
 import { ADDRESS_MAX, packed, unpacked } from "./address.js";
 import { Editor } from "./editor.js";
 import { copyButtons } from "./copy_as.js";
-import { PlanPicture } from "./plan_picture.js";
+import { PlanPicture, requestVessels } from "./plan_picture.js";
 import { planTables } from "./plan_tables.js";
 
 /** @typedef {import("./app.js").Context} Context */
@@ -115,8 +115,9 @@ class PlanPage {
       if (turn !== this.turn || this.context.gone()) return;
       this.results.classList.remove("of-before");
       this.drawn = true;
-      this.picture.show(JSON.parse(text), answer.plans);
-      fill(this.tables, planTables(answer));
+      const request = JSON.parse(text);
+      this.picture.show(request, answer.plans);
+      fill(this.tables, planTables(answer, requestVessels(request, answer.plans.mpc)));
       const { outcome, method, reason } = answer.plans.mpc;
       if (outcome === "ok") this.say("planned", "good"); else this.say(`degraded: ${method.replaceAll("_", " ")}${reason ? `, ${reason.replaceAll("_", " ")}` : ""}`, "warn");
     } catch (error) {

@@ -7,6 +7,7 @@ import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
 import { violationWords } from "./picture.js";
 import { tangentPlane } from "./background.js";
+import { addVessels, vesselsOf } from "./traffic.js";
 import { addTour, VisitStrip } from "./visits.js";
 
 /**
@@ -112,6 +113,7 @@ export class PlanPicture {
       picture.lines.push({ points: figureLine(mpc.figure), colour: "goal", style: "dashed" });
       picture.ellipses.push(...figureEllipses(mpc.figure, placeOf));
     }
+    addVessels(picture, requestVessels(request, mpc), this.length, after);
     const [first] = mpc.trajectory;
     addTour(picture, [first.north_m, first.east_m], start + after, this.schedule());
     picture.vehicles.push({ kind: "craft", north: first.north_m, east: first.east_m, heading: request.asc.heading_rad ?? first.heading_rad, colour: "hull", name: "surface craft" });
@@ -191,6 +193,19 @@ export class PlanPicture {
 function placeOf(position, origin) {
   if (Array.isArray(position)) return [position[0], position[1]];
   return origin && typeof position.lat_deg === "number" ? tangentPlane(origin)(position.lon_deg, position.lat_deg) : [position.north_m, position.east_m];
+}
+
+/** The vessels of a request, as its plan forecasts them. @param {any} request @param {any} mpc */
+export function requestVessels({ traffic = [] }, { trajectory, avoidance, origin }) {
+  const now = trajectory[0].t_s, asc = trajectory.map((/** @type {any} */ point) => placeOf(point, origin)), after_s = trajectory.map((/** @type {any} */ { t_s }) => t_s - now);
+  const vessels = traffic.map((/** @type {any} */ vessel) => {
+    const { id, name, status, t_s = now, speed_mps } = vessel, age_s = now - t_s, [north, east] = placeOf(vessel, origin);
+    const angle = (/** @type {string} */ of) => vessel[`${of}_rad`] ?? (vessel[`${of}_deg`] * Math.PI) / 180, course = ["course", "heading"].map(angle).find(Number.isFinite);
+    const speed = ["at_anchor", "moored", "aground"].includes(status) ? 0 : speed_mps, way = speed === 0 ? [0, 0] : [Math.cos(course), Math.sin(course)].map((share) => share * speed);
+    const velocity = way.every(Number.isFinite) ? way : undefined, [vn, ve] = velocity ?? [0, 0];
+    return { id, name, age_s, velocity, position: [north + vn * age_s, east + ve * age_s] };
+  });
+  return vesselsOf({ asc, after_s, avoidance, vessels });
 }
 
 /** @param {any} mpc @param {any} request */

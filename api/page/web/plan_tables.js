@@ -1,8 +1,10 @@
 // The tables of a comparison: answers side by side, the program, its cost, its solver.
 
 import { el } from "./dom.js";
+import { avoidanceWords } from "./explanation.js";
 import { bearing, methodName, number } from "./format.js";
 import { violationWords } from "./picture.js";
+import { vesselTable } from "./traffic.js";
 import { costWords, scheduleWords } from "./visits.js";
 
 /** @type {[string, (plan: any) => number | string, ((value: number) => string)?, boolean?][]} name, value, words, whether less is better */
@@ -17,16 +19,17 @@ const ROWS = [
 
 /**
  * @param {any} answer of `POST /v1/plan/compare`
+ * @param {import("./traffic.js").Vessel[]} vessels
  * @returns {HTMLElement[]}
  */
-export function planTables({ plans, explanation }) {
+export function planTables({ plans, explanation }, vessels) {
   const names = Object.keys(plans), { mpc } = plans;
   const notes = [...mpc.violations.map((/** @type {any} */ violation) => violationWords(violation)), ...mpc.warnings.map((/** @type {any} */ warning) => `${warning.pointer}: ${warning.detail}`)];
   const sections = [section("Answers", table(["", ...names.map(methodName)], ROWS.map(([name, of, words = String, less]) => {
     const values = names.map((each) => of(plans[each])), least = Math.min(...values.map(Number)), decided = less && values.some((value) => value !== least);
     return [name, ...values.map((value) => ({ text: words(Number(value)), better: decided && value === least }))];
   })), notes.length > 0 && el("ul", { class: "warnings" }, notes.map((note) => el("li", {}, el("bdi", {}, note)))))];
-  const { solver, schedule, figure } = mpc;
+  const { solver, schedule, figure, avoidance } = mpc;
   if (schedule) {
     const { unit, visits } = schedule, minutes = (/** @type {number} */ t) => ({ text: `+${number((t - mpc.trajectory[0].t_s) / 60, 1, "min")}` });
     sections.push(section("Visits", table(["", "arrival", "departure", "cost before", "cost after"], visits.map((/** @type {import("./types.js").Visit} */ visit) => [visit.auv, minutes(visit.arrive_s), minutes(visit.leave_s), { text: costWords(visit.cost_before, unit) }, { text: costWords(visit.cost_after, unit) }])),
@@ -36,6 +39,7 @@ export function planTables({ plans, explanation }) {
     const metres = (/** @type {number | undefined} */ value) => ({ text: value === undefined ? "not known" : number(value, 1, "m") });
     sections.push(section("Figure", table(["error, root mean square", "now", "on the figure", "if it stayed above"], figure.vehicles.map((/** @type {import("./types.js").LocalisedVehicle} */ vehicle) => [vehicle.auv, metres(vehicle.sigma_now_m), metres(vehicle.sigma_m), metres(vehicle.sigma_above_m)])), el("p", { class: "said" }, figure.sentence)));
   }
+  if (vessels.length) sections.push(section("Other vessels", ...vesselTable(vessels), Boolean(avoidance?.sentence) && el("p", { class: "said" }, avoidanceWords(avoidance))));
   if (solver) {
     const facts = [["status", solver.status], ["SCP iterations", solver.scp_iterations], ["interior-point iterations", solver.iterations], ["time", number(solver.solve_time_ms, 2, "ms")],
       ...Object.entries(solver.residuals ?? {}).map(([name, value]) => [`${name} residual`, Number(value).toExponential(1)])];

@@ -6,6 +6,7 @@ import { carriedOn, GOAL_SPEED_MAX_MPS, isOther, leftBefore } from "./hand_over.
 import { eventWords, Journal } from "./journal.js";
 import { Limits } from "./limits.js";
 import { Series } from "./series.js";
+import { knownUntil } from "./traffic.js";
 
 /** Least movement of the goal that has a course, m. */
 const GOAL_MOVES_M = 0.02;
@@ -59,6 +60,8 @@ export class Recording {
     /** Counts the changes, for views. */
     this.version = 0;
     this.goalCourse = NaN;
+    /** Until when the traffic is known; NaN if no other vessel was ever heard. */
+    this.vesselsUntil = NaN;
     /** Number of the last event of a gap, until a later plan has come. */
     this.missing = 0;
     this.table = new Table();
@@ -269,6 +272,7 @@ export class Recording {
     // Missing values are left out.
     prediction.violations ??= [];
     prediction.warnings ??= [];
+    if (prediction.vessels?.length) this.vesselsUntil = Math.max(this.vesselsUntil || -Infinity, knownUntil(t_s, prediction.vessels));
     this.predictions.set(t_s, prediction);
     if (this.predictions.size > PREDICTIONS_MAX) {
       for (const oldest of this.predictions.keys()) {

@@ -9,10 +9,14 @@ const CHI_SQUARED_95 = 5.991;
 const ARROW_MIN_PX = 36;
 /** Half a side of a handle, and the radius of the ring around an AUV that is ordered, pixels. */
 const HANDLE_PX = 6, RING_PX = 16;
+/** Opacity of a vessel that may be elsewhere. */
+const STALE_ALPHA = 0.5;
 /** Shapes point north: hulls and torpedoes, of some 20 pixels. @type {{ [kind: string]: [number, number][] }} */
 const SHAPES = {
   craft: [[0, -17], [8, -5], [8, 13], [-8, 13], [-8, -5]],
   auv: [[0, -11], [3.5, -6], [3.5, 7], [6, 11], [-6, 11], [-3.5, 7], [-3.5, -6]],
+  vessel: [[0, -17], [5, -9], [6, 4], [4, 13], [-4, 13], [-6, 4], [-5, -9]],
+  still: [[0, -9], [9, 0], [0, 9], [-9, 0]],
 };
 
 /** @param {Pen} pen @param {import("./types.js").Ellipse} ellipse */
@@ -110,12 +114,13 @@ export function drawArrow(pen, { north, east, heading, length_m, colour: name })
 }
 
 /** @param {Pen} pen @param {import("./types.js").Vehicle} vehicle */
-export function drawVehicle(pen, { kind, north, east, heading, colour: name }) {
+export function drawVehicle(pen, { kind, north, east, heading, colour: name, stale }) {
   const { context } = pen;
   if (!Number.isFinite(north + east)) return;
   context.save();
   context.translate(pen.x(east), pen.y(north));
   context.rotate(Number.isFinite(heading) ? heading : 0);
+  if (stale) context.globalAlpha = STALE_ALPHA;
   context.beginPath();
   SHAPES[kind].forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
   context.closePath();

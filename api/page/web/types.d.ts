@@ -12,7 +12,11 @@ export type RouteFit = { probability: number, north_m: number, east_m: number, n
 export type Prediction = { after_s: number[], asc: [number, number][], goal: [number, number][], line_of_sight: [number, number][], auvs: PredictedAuv[],
   line_of_sight_reference: { speed_mps: number, heading_rad: number }, rms_m: number, line_of_sight_rms_m: number, cost?: number, line_of_sight_cost?: number,
   current?: [number, number], craft: { [name: string]: number | boolean }, violations: Violation[],
-  warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule, figure?: Figure };
+  warnings: { code: string, pointer: string, detail: string }[], schedule?: Schedule, figure?: Figure, avoidance?: Avoidance, vessels?: PredictedVessel[] };
+
+export type PredictedVessel = { id: string, name?: string, position: [number, number], velocity?: [number, number], separation_m?: number, age_s: number };
+export type Encounter = { vessel: string, kind: string, acts: boolean, cpa_m: number, tcpa_s: number, passes_m: number, separation_m: number };
+export type Avoidance = { encounters: Encounter[], manoeuvre?: { heading_rad: number, speed_mps: number, until_s: number }, sentence: string };
 
 export type LocalisedVehicle = { auv: string, sigma_now_m?: number, sigma_m: number, sigma_above_m: number };
 export type Figure = { kind: string, north_m: number, east_m: number, axis_rad: number, ahead_m: number, starboard_m: number, semi_ahead_m: number, semi_starboard_m: number,
@@ -34,8 +38,10 @@ export type MissionJson = { id: string, title: string, kind: string, status: str
 /** What the last plan of a mission amounts to. */
 export type PlanSummary = { outcome: string, reason?: string, method: string, age_s: number, period_s: number, waits_for: string[], warnings: string[], warning_codes?: string[] };
 
-/** `words` with `why` says whether a mission's craft is steered now; `age_s` is that of its last plan, where that is too old. */
-export type MissionState = { words: string, why: string, tone: "" | "good" | "warn" | "bad", alarm: boolean, age_s?: number };
+/** `words` with `why` says whether a mission's craft is steered now; `near` names the vessel that is too near, with numbers that change; `age_s` is
+ * the age of the last plan, where that is too old. */
+export type MissionState = { words: string, why: string, tone: "" | "good" | "warn" | "bad", alarm: boolean, near?: string, age_s?: number };
+export type TrafficState = { why: string, near?: string };
 
 export type LogEntry = { t_s: number, kind: string, text: string };
 
@@ -46,11 +52,12 @@ export type Stroke = "solid" | "dashed" | "dotted" | "wide" | "thin";
 
 export type TrackLayer = { track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string };
 
-export type Vehicle = { kind: "craft" | "auv", north: number, east: number, heading: number, colour: string, name?: string, note?: string };
+/** What is `aside` is not what the map is fitted to. */
+export type Vehicle = { kind: "craft" | "auv" | "vessel" | "still", north: number, east: number, heading: number, colour: string, name?: string, note?: string, stale?: boolean, aside?: boolean };
 
-export type Line = { points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string };
+export type Line = { points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string, aside?: boolean };
 
-export type Disc = { north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" };
+export type Disc = { north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" | "separation" };
 
 export type Ellipse = { north: number, east: number, covariance: [number, number, number], colour: string };
 
