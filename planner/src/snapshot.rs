@@ -31,7 +31,10 @@ pub use crate::facts::{
     reference::TrajectoryPoint,
     schedule::{Alternative, CostUnit, LeftOut, Schedule, ServedVehicle, Visit},
     tagged::TAGGED,
-    traffic::{Avoidance, Encounter, EncounterKind, Manoeuvre, PastVessel, Vessel, VesselStatus},
+    traffic::{
+        Avoidance, Encounter, EncounterKind, Manoeuvre, PastVessel, VESSEL_SEPARATION_DEFAULT, Vessel,
+        VesselStatus,
+    },
     tuning::Tuning,
     visit::{Fixes, Reduce, VisitCost, Visits},
     water::{Current, Drift},

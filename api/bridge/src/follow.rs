@@ -43,6 +43,8 @@ use telemetry::{AUTOPILOT_WIRE, REPORT_AGE_MAX_S};
 pub struct Settings {
     /// Wires with NMEA 0183 of the craft.
     pub nmea: Vec<Endpoint>,
+    /// MMSI of the craft's own AIS transponder, whose messages are no traffic.
+    pub own_mmsi: Option<u32>,
     /// Acoustic modems with their wires.
     pub modems: Vec<(Endpoint, Modem)>,
     /// References per second.
@@ -64,6 +66,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             nmea: vec![],
+            own_mmsi: None,
             modems: vec![],
             rate_hz: 10.0,
             report_interval: Duration::from_millis(200),
@@ -144,7 +147,7 @@ impl Bridge {
         Self {
             autopilot,
             received,
-            telemetry: Telemetry::new(n_nmea, modems),
+            telemetry: Telemetry::new(n_nmea, modems, settings.own_mmsi),
             decision: Decision::new(settings.take_control, settings.line_of_sight, settings.dry_run),
             reporting: Reporting::default(),
             log: MissionLog { clock: BridgeClock::start(clock), mission: None },
@@ -396,6 +399,9 @@ impl Bridge {
                 None => self.log.info("the service answers again"),
             }
             self.trouble.clone_from(&link.trouble);
+        }
+        if let (Some(state), Some(mission)) = (self.telemetry.state(), &self.log.mission) {
+            mission.report_traffic(self.telemetry.vessels.news(self.now_s(), &state.position));
         }
     }
 

@@ -15,7 +15,7 @@ const LENGTH: f64 = 20.0;
 const SIGMA: f64 = 10.0;
 
 /// Distance to keep from other vessels without a setting, m.
-pub(crate) const VESSEL_SEPARATION_DEFAULT: f64 = 30.0;
+pub const VESSEL_SEPARATION_DEFAULT: f64 = 30.0;
 
 /// Another vessel. Members that are left out are not known.
 #[skip_serializing_none]
@@ -80,7 +80,7 @@ impl Vessel {
     }
 
     /// Velocity over ground (north, east), m/s: zero if it is made fast, none if not known.
-    pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
+    pub fn velocity(&self) -> Option<Vector2<f64>> {
         if self.is_made_fast() {
             return Some(Vector2::zeros());
         }
@@ -95,7 +95,8 @@ impl Vessel {
         matches!(self.status, VesselStatus::AtAnchor | VesselStatus::Moored | VesselStatus::Aground)
     }
 
-    pub(crate) fn half_length(&self) -> f64 {
+    /// Half of its length over all, m.
+    pub fn half_length(&self) -> f64 {
         0.5 * self.length_m.unwrap_or(LENGTH)
     }
 

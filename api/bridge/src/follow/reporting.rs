@@ -163,6 +163,10 @@ impl<'a> Facts<'a> {
             let age = now - arrivals.newest_s;
             format!("{auv} heard {age:.0} s ago, {count} {fixes}")
         }));
+        let vessels = self.telemetry.vessels_near(now);
+        parts.extend(vessels.first().map(|(distance, nearest)| {
+            format!("{} vessels heard, {} {distance:.0} m away", vessels.len(), nearest.called())
+        }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));
         let counted =
