@@ -251,6 +251,9 @@ impl Bridge {
             complete(live, &self.telemetry.parameters, is_autopilot);
             let craft = declared(live, "craft").unwrap_or_default();
             self.decision.limits = Some(OutputLimits::declared(&limits(live), &craft));
+            if let Some(separation) = live["vessel_separation_m"].as_f64() {
+                self.decision.separation = separation;
+            }
         }
         let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
         let link = MissionLink::open(missions, mission, interval, sigma_m, self.log.clock.clone());
@@ -380,6 +383,10 @@ impl Bridge {
 
     fn send(&mut self, now: f64, reference: &Reference, state: &MeasuredState, link: &LinkStatus) {
         let limits = self.decision.output_limits(link, &self.telemetry.parameters);
+        let plan = link.plan.as_deref();
+        let clear =
+            plan.map(|plan| self.decision.clear_of_vessels(now, reference, &self.telemetry, plan, &limits));
+        let reference = clear.as_ref().unwrap_or(reference);
         if let Some(sent) = self.decision.limited(now, reference, state, &limits) {
             self.autopilot.send(&sent, now);
             let seconds = 1.0 / self.settings.rate_hz;

@@ -113,6 +113,8 @@ impl<'a> Facts<'a> {
             let reason = reason.filter(|_| !self.decision.line_of_sight);
             causes.extend(not_followed.chain(reason).map(|code| code.replace('_', " ")));
         }
+        let avoided = self.decision.limiter.avoided.iter();
+        causes.extend(avoided.map(|vessel| format!("keeps clear of {vessel} against the plan")));
         causes
     }
 
