@@ -10,7 +10,7 @@ use std::io::{self, BufRead as _, Write as _};
 
 use pilotfish_bridge::nmea::{NmeaReader, heading_and_speed_sentences};
 use pilotfish_bridge::reference::Reference;
-use pilotfish_bridge::{CraftMeasurement, Measurement};
+use pilotfish_bridge::{CraftMeasurement, Measurement, VesselFix, VesselMessage};
 use serde_json::{Map, Value, json};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -29,16 +29,30 @@ fn read(received_s: f64) -> Result<(), Box<dyn Error>> {
         let mut line = line?;
         line.push(b'\n');
         for measurement in reader.push(&line, received_s) {
-            if let Measurement::Craft { t_s, measured, .. } = measurement {
-                let (kind, values) = described(measured);
-                writeln!(out, "{}", json!({"line": number, "t_s": t_s, "kind": kind, "values": values}))?;
-            }
+            let read = match measurement {
+                Measurement::Craft { t_s, measured, .. } => {
+                    let (kind, values) = described(measured);
+                    json!({"line": number, "t_s": t_s, "kind": kind, "values": values})
+                }
+                Measurement::Vessel(message) => vessel(number, &message),
+                Measurement::Auv(_) => continue,
+            };
+            writeln!(out, "{read}")?;
         }
     }
     let counts: Map<String, Value> =
         reader.rejects().iter().map(|(reason, times)| (reason.to_owned(), times.into())).collect();
     writeln!(out, "{}", json!({"refused": counts}))?;
     Ok(())
+}
+
+fn vessel(line: usize, message: &VesselMessage) -> Value {
+    let VesselMessage { mmsi, is_own, fix, name, dimensions } = message;
+    let fix = fix.map(|fix| {
+        let VesselFix { position, course, speed, heading, status, .. } = fix;
+        json!([position.lat_deg, position.lon_deg, course, speed, heading, status])
+    });
+    json!({"line": line, "kind": "vessel", "mmsi": mmsi, "own": is_own, "fix": fix, "name": name, "dimensions": dimensions})
 }
 
 fn described(measured: CraftMeasurement) -> (&'static str, Vec<f64>) {

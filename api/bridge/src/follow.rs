@@ -43,6 +43,8 @@ use telemetry::{AUTOPILOT_WIRE, REPORT_AGE_MAX_S};
 pub struct Settings {
     /// Wires with NMEA 0183 of the craft.
     pub nmea: Vec<Endpoint>,
+    /// MMSI of the craft's own AIS transponder, whose messages are no traffic.
+    pub own_mmsi: Option<u32>,
     /// Acoustic modems with their wires.
     pub modems: Vec<(Endpoint, Modem)>,
     /// References per second.
@@ -64,6 +66,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             nmea: vec![],
+            own_mmsi: None,
             modems: vec![],
             rate_hz: 10.0,
             report_interval: Duration::from_millis(200),
@@ -144,7 +147,7 @@ impl Bridge {
         Self {
             autopilot,
             received,
-            telemetry: Telemetry::new(n_nmea, modems),
+            telemetry: Telemetry::new(n_nmea, modems, settings.own_mmsi),
             decision: Decision::new(settings.take_control, settings.line_of_sight, settings.dry_run),
             reporting: Reporting::default(),
             log: MissionLog { clock: BridgeClock::start(clock), mission: None },
@@ -248,6 +251,9 @@ impl Bridge {
             complete(live, &self.telemetry.parameters, is_autopilot);
             let craft = declared(live, "craft").unwrap_or_default();
             self.decision.limits = Some(OutputLimits::declared(&limits(live), &craft));
+            if let Some(separation) = live["vessel_separation_m"].as_f64() {
+                self.decision.separation = separation;
+            }
         }
         let (interval, sigma_m) = (self.settings.report_interval, self.settings.sigma_m);
         let link = MissionLink::open(missions, mission, interval, sigma_m, self.log.clock.clone());
@@ -377,6 +383,10 @@ impl Bridge {
 
     fn send(&mut self, now: f64, reference: &Reference, state: &MeasuredState, link: &LinkStatus) {
         let limits = self.decision.output_limits(link, &self.telemetry.parameters);
+        let plan = link.plan.as_deref();
+        let clear =
+            plan.map(|plan| self.decision.clear_of_vessels(now, reference, &self.telemetry, plan, &limits));
+        let reference = clear.as_ref().unwrap_or(reference);
         if let Some(sent) = self.decision.limited(now, reference, state, &limits) {
             self.autopilot.send(&sent, now);
             let seconds = 1.0 / self.settings.rate_hz;
@@ -396,6 +406,9 @@ impl Bridge {
                 None => self.log.info("the service answers again"),
             }
             self.trouble.clone_from(&link.trouble);
+        }
+        if let (Some(state), Some(mission)) = (self.telemetry.state(), &self.log.mission) {
+            mission.report_traffic(self.telemetry.vessels.news(self.now_s(), &state.position));
         }
     }
 

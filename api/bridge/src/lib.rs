@@ -1,7 +1,7 @@
 //! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes ─ mission_link
+//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
 //! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←─┘
 //! ```
 //!
@@ -37,6 +37,7 @@ pub mod reference;
 mod rejects;
 #[cfg(test)]
 mod tests;
+mod vessels;
 pub mod wire;
 
 pub(crate) use self::craft_state::{CraftState, MeasuredState};
@@ -45,5 +46,5 @@ pub(crate) use self::plan::Plan;
 pub(crate) use self::rejects::{Parsed, reject_if};
 pub use planner::snapshot::Origin;
 
-pub use self::measurement::{AuvFix, CraftMeasurement, Measurement, on_earth};
+pub use self::measurement::{AuvFix, CraftMeasurement, Measurement, VesselFix, VesselMessage, on_earth};
 pub use self::rejects::Rejects;

@@ -1,7 +1,7 @@
 //! Measurements, independent of the wire.
 
 use nalgebra::Vector2;
-use planner::snapshot::Origin;
+use planner::snapshot::{Origin, VesselStatus};
 
 /// The position at this latitude and longitude, degrees, if in range. `None` at 0°, 0°, which
 /// receivers without a position report.
@@ -46,6 +46,38 @@ pub struct AuvFix {
     pub ground_velocity: Option<Vector2<f64>>,
 }
 
+/// A message from another vessel, by AIS.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VesselMessage {
+    /// Its MMSI.
+    pub mmsi: u32,
+    /// `true` if the craft's own transponder sent it.
+    pub is_own: bool,
+    /// Its position and motion, if the message has a position.
+    pub fix: Option<VesselFix>,
+    /// Its name, if stated.
+    pub name: Option<String>,
+    /// From its antenna to bow, stern, port and starboard, m, if stated.
+    pub dimensions: Option<[f64; 4]>,
+}
+
+/// Position and motion of another vessel. What it does not know is `None`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VesselFix {
+    /// Time since the position was received elsewhere, s.
+    pub age_s: f64,
+    /// Position of its antenna.
+    pub position: Origin,
+    /// Course over ground, rad.
+    pub course: Option<f64>,
+    /// Speed over ground, m/s.
+    pub speed: Option<f64>,
+    /// True heading, rad.
+    pub heading: Option<f64>,
+    /// What it says that it does.
+    pub status: VesselStatus,
+}
+
 /// A measurement from a wire.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Measurement {
@@ -60,4 +92,6 @@ pub enum Measurement {
     },
     /// A fix of an AUV.
     Auv(AuvFix),
+    /// A message from another vessel.
+    Vessel(VesselMessage),
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use ::wire::mission::{
     AscReport, CurrentReference, Mission, Note, Reports, Setting, Status, Steering, SteeringState,
 };
-use ::wire::{Asc, Current, Report};
+use ::wire::{Asc, Current, Report, Vessel};
 use geodesy::Datum;
 use parking_lot::Mutex;
 use planner::angle::angle_of;
@@ -149,6 +149,22 @@ impl MissionLink {
         report.from = origin.filter(|_| fix.range_m.is_some()).and_then(|origin| from(&origin, fix));
         let mut outbox = self.shared.outbox.lock();
         push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
+    }
+
+    /// Posts other vessels soon, with the bridge's times; of each its newest position.
+    pub(crate) fn report_traffic(&self, vessels: Vec<Vessel>) {
+        for vessel in vessels.into_iter().rev() {
+            let t_s = vessel.t_s.map(|t_s| self.shared.clock.unix_s(t_s));
+            let mut status = self.shared.status.lock();
+            let mut within =
+                |value: f64, member, name| clamped(value, ["Vessel", member], name, &mut status.clamped);
+            let speed_mps = vessel.speed_mps.map(|speed| within(speed, "speed_mps", "vessel's speed"));
+            let length_m = vessel.length_m.map(|length| within(length, "length_m", "vessel's length"));
+            drop(status);
+            let waiting = &mut self.shared.outbox.lock().traffic;
+            waiting.retain(|before| before.id != vessel.id);
+            push(waiting, Vessel { t_s, speed_mps, length_m, ..vessel });
+        }
     }
 
     /// Posts the state of the steering soon, with the bridge's time.

@@ -1,7 +1,7 @@
 //! NMEA 0183: measurements from navigation sensors, references to autopilots.
 //!
-//! [`NmeaReader`] reads GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW and VBW of any talker as
-//! [`Measurement`]s and counts the rest. [`heading_and_speed_sentences`] writes references.
+//! [`NmeaReader`] reads GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW, VBW and AIS (VDM, VDO) of any talker
+//! as [`Measurement`]s and counts the rest. [`heading_and_speed_sentences`] writes references.
 //!
 //! The sentences are parsed here: the crate `nmea-parser` 0.10 lacks THS and ROT, accepts a missing
 //! checksum and "nan", ignores units and modes, and panics at text that is not ASCII.
@@ -9,19 +9,22 @@
 //! ArduPilot's NMEA output (`AP_NMEA_Output.cpp`, commit 09d745a3) writes 90° minus the course into
 //! RMC, which exchanges north and east of its velocities.
 
+mod ais;
 mod fields;
 mod output;
 mod sentence;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use self::ais::vessel_status;
 pub use self::output::heading_and_speed_sentences;
 pub(crate) use self::{fields::seconds_after_midnight, sentence::checksum};
 
 use std::collections::VecDeque;
 
+use self::ais::AisReader;
 use self::sentence::Content;
-use crate::{Measurement, Rejects};
+use crate::{Measurement, Parsed, Rejects, reject_if};
 
 /// Longest line, bytes without the line end. NMEA 0183 allows 82 with it; receivers with many
 /// decimals slightly exceed that.
@@ -36,12 +39,13 @@ const SECONDS_PER_DAY: f64 = 86_400.0;
 /// Reads NMEA 0183 from any wire, in pieces of any size.
 ///
 /// Memory is bounded: one line of at most 128 bytes is kept between two calls.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct NmeaReader {
     line: Vec<u8>,
     state: LineState,
     /// The newest sentences with a time of day, by talker.
     timed: VecDeque<Content>,
+    ais: AisReader,
     rejects: Rejects,
 }
 
@@ -76,6 +80,8 @@ impl NmeaReader {
                     self.finish_line(received_s, &mut measurements);
                     self.state = LineState::Empty;
                 }
+                // A tag block of NMEA 4 before a sentence.
+                (b'\\', LineState::Empty) => self.state = LineState::Skipped,
                 (_, LineState::Sentence) if self.line.len() < LINE_MAX => self.line.push(byte),
                 (_, LineState::Sentence) => self.skip_line("too long"),
                 (_, LineState::Empty) => self.skip_line("no sentence"),
@@ -97,18 +103,25 @@ impl NmeaReader {
     }
 
     fn finish_line(&mut self, received_s: f64, measurements: &mut Vec<Measurement>) {
-        if self.state == LineState::Sentence {
-            match sentence::read(&self.line) {
-                Ok(content) if self.is_repeated(&content) => self.rejects.count("repeated sentence"),
-                Ok(content) => {
-                    let t_s = self.measured_at(content.time_of_day, received_s);
-                    let craft = |measured| Measurement::Craft { t_s, talker: content.talker, measured };
-                    measurements.extend(content.measured.into_iter().map(craft));
-                }
-                Err(reason) => self.rejects.count(reason),
-            }
+        if self.state == LineState::Sentence
+            && let Err(reason) = self.read_line(received_s, measurements)
+        {
+            self.rejects.count(reason);
         }
         self.line.clear();
+    }
+
+    fn read_line(&mut self, received_s: f64, measurements: &mut Vec<Measurement>) -> Parsed<()> {
+        if matches!(self.line.get(3..6), Some(b"VDM" | b"VDO")) {
+            measurements.extend(self.ais.read(&self.line, received_s)?.map(Measurement::Vessel));
+            return Ok(());
+        }
+        let content = sentence::read(&self.line)?;
+        reject_if(self.is_repeated(&content), "repeated sentence")?;
+        let t_s = self.measured_at(content.time_of_day, received_s);
+        let craft = |measured| Measurement::Craft { t_s, talker: content.talker, measured };
+        measurements.extend(content.measured.into_iter().map(craft));
+        Ok(())
     }
 
     /// `true` for a recent sentence's time and content: a stopped clock, or a wire that repeats.

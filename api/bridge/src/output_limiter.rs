@@ -7,6 +7,7 @@
 //! | turn of the heading | the lowest turn rate of both | is slowed, by the shorter turn |
 //! | age of the plan | ten seconds since it arrived, by the bridge's own clock | is not followed |
 //! | finite numbers | | is not sent |
+//! | distance from vessels | the mission's separation, over the next ten seconds | is replaced by the last safe reference, or a stop |
 //!
 //! After a pause the craft's own heading and speed take the place of the last reference.
 
@@ -14,6 +15,12 @@ use ::wire::{CraftDescription, DeclaredLimits};
 use planner::{angle::wrap, snapshot::Limits};
 
 use crate::{Rejects, mavlink::Parameters, reference::Reference};
+
+mod clearance;
+
+use self::clearance::Way;
+
+pub(crate) use self::clearance::Other;
 
 /// Longest use of a plan after its arrival, s, as in the service, for any stated validity.
 const PLAN_AGE_MAX_S: f64 = 10.0;
@@ -73,6 +80,10 @@ impl OutputLimits {
 pub(crate) struct OutputLimiter {
     /// The last reference and the time it was sent, s.
     last: Option<(f64, Reference)>,
+    /// The last reference that led into no vessel's distance, and its time, s.
+    safe: Option<(f64, Reference)>,
+    /// The vessel that the craft keeps clear of against the plan.
+    pub(crate) avoided: Option<String>,
     pub(crate) changes: Rejects,
 }
 
@@ -80,6 +91,39 @@ impl OutputLimiter {
     /// `true` if a plan of `arrived_s` may be followed at `now_s`, s on one clock.
     pub(crate) fn may_follow(arrived_s: f64, now_s: f64) -> bool {
         now_s - arrived_s <= PLAN_AGE_MAX_S
+    }
+
+    /// `asked`, the first of the references of the next seconds after `now_s`, s, unless their way leads
+    /// into the distance to keep from one of `others`: then the last safe one, or a stop, if it keeps
+    /// farther away.
+    pub(crate) fn clear_of(
+        &mut self,
+        now_s: f64,
+        asked: impl Fn(f64) -> Reference,
+        others: &[Other],
+        limits: &OutputLimits,
+    ) -> Reference {
+        let first = asked(0.0);
+        let worst = |asked: &dyn Fn(f64) -> Reference| Way::of(limits.speed_max, asked).worst(others);
+        self.avoided = None;
+        let Some((intrusion, other)) = worst(&asked) else {
+            self.safe = Some((now_s, first));
+            return first;
+        };
+        let safe = self.safe.filter(|(at, _)| Self::may_follow(*at, now_s)).map(|(_, safe)| safe);
+        let stop = Reference { speed: 0.0, ..first };
+        let instead = safe.into_iter().chain([stop]).map(|reference| {
+            let intrusion = worst(&|_| reference).map_or(0.0, |(intrusion, _)| intrusion);
+            (intrusion, reference)
+        });
+        match instead.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            Some((less, reference)) if less < intrusion => {
+                self.changes.count("towards a vessel");
+                self.avoided = Some(other.name.clone());
+                reference
+            }
+            _ => first,
+        }
     }
 
     /// The output at `now_s`, s, for `asked`, from a craft with the speed and heading `craft`;

@@ -68,6 +68,7 @@ pub fn checks(bridge: &Bridge, auvs: &[String]) -> Vec<Check> {
     findings.extend([
         ("heading against course", heading(bridge)),
         ("current", current(bridge)),
+        ("vessels", vessels(bridge)),
         ("input", input(bridge)),
         ("plans", plans(bridge)),
     ]);
@@ -229,6 +230,18 @@ fn current(bridge: &Bridge) -> Finding {
         warns(format!("{seen}: drive on two headings, and check again"))
     } else {
         passes(seen)
+    }
+}
+
+fn vessels(bridge: &Bridge) -> Finding {
+    let near = bridge.telemetry.vessels_near(bridge.now_s());
+    match near.first() {
+        Some((distance, nearest)) => {
+            passes(format!("{} heard, {} is {distance:.0} m away", near.len(), nearest.called()))
+        }
+        None => {
+            warns("none heard: nothing keeps the craft clear of vessels without an AIS receiver (--nmea)")
+        }
     }
 }
 

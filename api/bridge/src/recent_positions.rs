@@ -186,3 +186,12 @@ pub(crate) fn moved(from: &Origin, to: &Origin) -> Vector2<f64> {
     let east = wrap((to.lon_deg - from.lon_deg).to_radians());
     Vector2::new(north, east * from.lat_deg.to_radians().cos()) * EARTH_RADIUS_M
 }
+
+/// The position at this displacement (north, east), m, from `from`.
+pub(crate) fn displaced(from: &Origin, by: &Vector2<f64>) -> Origin {
+    let east = by.y / from.lat_deg.to_radians().cos().max(f64::EPSILON);
+    Origin {
+        lat_deg: (from.lat_deg + (by.x / EARTH_RADIUS_M).to_degrees()).clamp(-90.0, 90.0),
+        lon_deg: wrap(from.lon_deg.to_radians() + east / EARTH_RADIUS_M).to_degrees().clamp(-180.0, 180.0),
+    }
+}

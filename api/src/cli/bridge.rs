@@ -13,7 +13,7 @@ use bridge::mission_client::{MissionClient, TokenFile, Transport};
 use bridge::mission_link::MissionChoice;
 use bridge::preflight::{Verdict, checks};
 use bridge::wire::{self, Endpoint, InvalidEndpoint};
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand, ValueEnum, value_parser};
 use clock::Clock;
 use serde_json::{Value, json};
 use tokio::{runtime, sync::oneshot};
@@ -107,10 +107,13 @@ pub(crate) struct Following {
 /// Further sensors of the craft, and modems.
 #[derive(Debug, Args)]
 struct Sensors {
-    /// A wire with NMEA 0183 of the craft (position, heading, speed through water); may be
-    /// repeated.
+    /// A wire with NMEA 0183 of the craft (position, heading, speed through water), or of its AIS
+    /// receiver; may be repeated.
     #[arg(long, value_name = "WIRE")]
     nmea: Vec<Endpoint>,
+    /// MMSI of the craft's own AIS transponder [default: that of its VDO sentences]
+    #[arg(long, value_name = "MMSI", value_parser = value_parser!(u32).range(1..=999_999_999))]
+    own_mmsi: Option<u32>,
     /// An acoustic modem: its wire and its settings file; may be repeated.
     #[arg(long, value_name = "WIRE=FILE", value_parser = wire_and_file)]
     modem: Vec<(Endpoint, PathBuf)>,
@@ -280,8 +283,13 @@ impl Sensors {
             names.extend(settings.names.values().cloned());
             modems.push((endpoint.clone(), Modem::new(&settings)?));
         }
-        let settings =
-            Settings { nmea: self.nmea.clone(), modems, sigma_m: self.sigma, ..Settings::default() };
+        let settings = Settings {
+            nmea: self.nmea.clone(),
+            own_mmsi: self.own_mmsi,
+            modems,
+            sigma_m: self.sigma,
+            ..Settings::default()
+        };
         Ok((settings, names))
     }
 }

@@ -80,7 +80,7 @@ impl Vessel {
     }
 
     /// Velocity over ground (north, east), m/s: zero if it is made fast, none if not known.
-    pub(crate) fn velocity(&self) -> Option<Vector2<f64>> {
+    pub fn velocity(&self) -> Option<Vector2<f64>> {
         if self.is_made_fast() {
             return Some(Vector2::zeros());
         }
@@ -95,7 +95,8 @@ impl Vessel {
         matches!(self.status, VesselStatus::AtAnchor | VesselStatus::Moored | VesselStatus::Aground)
     }
 
-    pub(crate) fn half_length(&self) -> f64 {
+    /// Half of its length over all, m.
+    pub fn half_length(&self) -> f64 {
         0.5 * self.length_m.unwrap_or(LENGTH)
     }
 

@@ -1,11 +1,13 @@
 //! The decision of each tick: the plan's reference, or the reason that nothing is sent.
 
+use planner::snapshot::{VESSEL_SEPARATION_DEFAULT, Vessel};
+
 use crate::confirmation::Confirmation;
 use crate::follow::mission_log::MissionLog;
 use crate::follow::telemetry::Telemetry;
 use crate::mavlink::{Action, Authority, Conditions, Control, Parameters, Silence};
 use crate::mission_link::LinkStatus;
-use crate::output_limiter::{OutputLimiter, OutputLimits};
+use crate::output_limiter::{Other, OutputLimiter, OutputLimits};
 use crate::reference::Reference;
 use crate::{MeasuredState, Plan};
 
@@ -23,6 +25,8 @@ pub(super) struct Decision {
     pub(super) dry_run: bool,
     /// Limits that the body of the new mission states; none for a mission that the bridge joins.
     pub(super) limits: Option<OutputLimits>,
+    /// Distance to keep from other vessels, m.
+    pub(super) separation: f64,
     has_planned: bool,
     /// The last logged use of references.
     pub(super) sending: Option<Sending>,
@@ -37,6 +41,7 @@ impl Decision {
             line_of_sight,
             dry_run,
             limits: None,
+            separation: VESSEL_SEPARATION_DEFAULT,
             has_planned: false,
             sending: None,
             confirmation: None,
@@ -76,7 +81,8 @@ impl Decision {
     }
 
     pub(super) fn is_steering(&self) -> bool {
-        self.sending == Some(Sending::Active) && !self.dry_run && !self.line_of_sight
+        let by_plan = !self.line_of_sight && self.limiter.avoided.is_none();
+        self.sending == Some(Sending::Active) && !self.dry_run && by_plan
     }
 
     /// The reference of `plan` at `now`, s; `None` if it is too old.
@@ -84,6 +90,29 @@ impl Decision {
         let planned = plan.planned.at(now)?;
         let reference = if self.line_of_sight { plan.line_of_sight } else { planned };
         OutputLimiter::may_follow(plan.arrived_s, now).then_some(reference)
+    }
+
+    /// `reference` of `now`, s, or another that keeps clear of other vessels near the craft in `state`.
+    pub(super) fn clear_of_vessels(
+        &mut self,
+        now: f64,
+        reference: &Reference,
+        telemetry: &Telemetry,
+        plan: &Plan,
+        limits: &OutputLimits,
+    ) -> Reference {
+        let Some(state) = telemetry.state() else { return *reference };
+        let near = telemetry.vessels.near(now, &state.position);
+        let seen = |(_, vessel): &(f64, Vessel)| {
+            Other::seen(vessel, now, &state.position, self.separation, &plan.answer.plan)
+        };
+        let others: Vec<Other> = near.iter().filter_map(seen).collect();
+        let follows_plan = !self.line_of_sight;
+        let asked = |later: f64| {
+            let planned = plan.planned.at(now + later).filter(|_| follows_plan);
+            planned.unwrap_or(*reference)
+        };
+        self.limiter.clear_of(now, asked, &others, limits)
     }
 
     /// Limits `reference` for the craft in `state`, which later confirms that it follows.

@@ -113,6 +113,8 @@ impl<'a> Facts<'a> {
             let reason = reason.filter(|_| !self.decision.line_of_sight);
             causes.extend(not_followed.chain(reason).map(|code| code.replace('_', " ")));
         }
+        let avoided = self.decision.limiter.avoided.iter();
+        causes.extend(avoided.map(|vessel| format!("keeps clear of {vessel} against the plan")));
         causes
     }
 
@@ -162,6 +164,10 @@ impl<'a> Facts<'a> {
             let fixes = if *count == 1 { "fix" } else { "fixes" };
             let age = now - arrivals.newest_s;
             format!("{auv} heard {age:.0} s ago, {count} {fixes}")
+        }));
+        let vessels = self.telemetry.vessels_near(now);
+        parts.extend(vessels.first().map(|(distance, nearest)| {
+            format!("{} vessels heard, {} {distance:.0} m away", vessels.len(), nearest.called())
         }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));

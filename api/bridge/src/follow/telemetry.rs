@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use planner::snapshot::Vessel;
+
 use crate::acoustics::{CraftPose, KnownDepth, Modem, PoseHistory};
 use crate::arrivals::Arrivals;
 use crate::autopilot_link::{AutopilotLink, read_nmea};
@@ -9,6 +11,7 @@ use crate::follow::mission_log::{MissionLog, TARGET};
 use crate::mavlink::{AutopilotEvent, Parameters};
 use crate::mission_setup::Settling;
 use crate::nmea::NmeaReader;
+use crate::vessels::Vessels;
 use crate::wire::Received;
 use crate::{Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source};
 
@@ -34,6 +37,7 @@ pub(crate) struct Telemetry {
     /// Number of pieces from each wire: the autopilot's, those of `nmea`, then those of the modems.
     pub(crate) pieces: Vec<u64>,
     pub(crate) fixes: BTreeMap<String, Fixes>,
+    pub(crate) vessels: Vessels,
     nmea: Vec<NmeaReader>,
     modems: Vec<Modem>,
     poses: PoseHistory,
@@ -61,11 +65,13 @@ impl Fixes {
 }
 
 impl Telemetry {
-    /// Nothing yet from the autopilot's wire, `n_nmea` wires of sensors, and those of `modems`.
-    pub(super) fn new(n_nmea: usize, modems: Vec<Modem>) -> Self {
+    /// Nothing yet from the autopilot's wire, `n_nmea` wires of sensors, and those of `modems`, of a
+    /// craft whose transponder has the MMSI `own`.
+    pub(super) fn new(n_nmea: usize, modems: Vec<Modem>, own: Option<u32>) -> Self {
         Self {
             pieces: vec![0; 1 + n_nmea + modems.len()],
-            nmea: vec![NmeaReader::default(); n_nmea],
+            nmea: std::iter::repeat_with(NmeaReader::default).take(n_nmea).collect(),
+            vessels: Vessels::new(own),
             modems,
             ..Self::default()
         }
@@ -74,6 +80,11 @@ impl Telemetry {
     /// The craft's state, if its autopilot knows the position.
     pub(super) fn state(&self) -> Option<MeasuredState> {
         self.craft.newest().filter(|_| self.position_known != Some(false))
+    }
+
+    /// The other vessels near the craft at `now`, s, with their distances, m, nearest first.
+    pub(crate) fn vessels_near(&self, now: f64) -> Vec<(f64, Vessel)> {
+        self.state().map_or_else(Vec::new, |state| self.vessels.near(now, &state.position))
     }
 
     /// The craft's position at `now`, s, once positions have agreed for long enough.
@@ -163,6 +174,7 @@ impl Telemetry {
     fn measure(&mut self, wire: usize, t_s: f64, unix_s: f64, measurement: Measurement, log: &MissionLog) {
         let (measured_s, talker, measured) = match measurement {
             Measurement::Auv(fix) => return self.take_fix(fix, t_s, log),
+            Measurement::Vessel(message) => return self.vessels.take(t_s, message),
             Measurement::Craft { t_s, talker, measured } => (t_s, talker, measured),
         };
         // On the bridge's clock, which is never set.

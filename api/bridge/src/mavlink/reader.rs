@@ -6,15 +6,16 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ::mavlink::dialects::ardupilotmega::{
-    EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType, HEARTBEAT_DATA, MavAutopilot,
-    MavMessage, MavModeFlag, MavResult, MavType,
+    AIS_VESSEL_DATA, AisFlags, EkfStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, GpsFixType,
+    HEARTBEAT_DATA, MavAutopilot, MavMessage, MavModeFlag, MavResult, MavType,
 };
 use ::mavlink::{MAVLinkMessageRaw, MavlinkReader as FrameReader, Message as _};
 use nalgebra::Vector2;
 use parking_lot::Mutex;
 
 use super::autopilot::{Autopilot, Heartbeat};
-use crate::{AuvFix, CraftMeasurement, Measurement, Origin, Rejects, on_earth};
+use crate::nmea::vessel_status;
+use crate::{AuvFix, CraftMeasurement, Measurement, Origin, Rejects, VesselFix, VesselMessage, on_earth};
 
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum AutopilotEvent {
@@ -276,6 +277,9 @@ impl MavlinkReader {
             MavMessage::SYSTEM_TIME(time) if time.time_unix_usec != 0 => {
                 heard.push(AutopilotEvent::Time(Duration::from_micros(time.time_unix_usec).as_secs_f64()));
             }
+            MavMessage::AIS_VESSEL(vessel) => {
+                heard.push(AutopilotEvent::Measured(Measurement::Vessel(vessel_message(vessel))));
+            }
             MavMessage::COMMAND_ACK(answer) => heard.push(AutopilotEvent::Acknowledged {
                 command: answer.command as u32,
                 is_accepted: answer.result == MavResult::MAV_RESULT_ACCEPTED,
@@ -323,6 +327,37 @@ fn fix_of_position(auv: String, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) 
         depth_m: depth(f64::from(at.relative_alt) * METRES, f64::from(at.alt) * METRES),
         ground_velocity: Some(velocity(at)),
     })
+}
+
+/// What the autopilot heard of a vessel by AIS. Values without their flag, and headings beyond a circle,
+/// are not known.
+fn vessel_message(at: &AIS_VESSEL_DATA) -> VesselMessage {
+    let valid = |flag: AisFlags, value: f64| at.flags.contains(flag).then_some(value);
+    let direction = |centidegrees: f64| {
+        let degrees = centidegrees * CENTIDEGREES;
+        (degrees < 360.0).then(|| degrees.to_radians())
+    };
+    let fix = position(at.lat, at.lon).map(|position| VesselFix {
+        age_s: at.tslc.into(),
+        position,
+        course: valid(AisFlags::AIS_FLAGS_VALID_COG, at.COG.into()).and_then(direction),
+        speed: valid(AisFlags::AIS_FLAGS_VALID_VELOCITY, f64::from(at.velocity) * METRES_PER_SECOND),
+        heading: direction(at.heading.into()),
+        status: vessel_status(at.navigational_status as u8),
+    });
+    let [bow, stern, port, starboard] =
+        [at.dimension_bow, at.dimension_stern, at.dimension_port.into(), at.dimension_starboard.into()]
+            .map(f64::from);
+    let has_length = at.flags.contains(AisFlags::AIS_FLAGS_VALID_DIMENSIONS) && 0.0 < bow + stern;
+    let name = at.name.to_str().unwrap_or_default().trim();
+    let has_name = at.flags.contains(AisFlags::AIS_FLAGS_VALID_NAME) && !name.is_empty();
+    VesselMessage {
+        mmsi: at.MMSI,
+        is_own: false,
+        fix,
+        name: has_name.then(|| name.to_owned()),
+        dimensions: has_length.then_some([bow, stern, port, starboard]),
+    }
 }
 
 /// The time is that of arrival: `FOLLOW_TARGET.timestamp` counts from the sender's start.

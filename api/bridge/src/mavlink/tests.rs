@@ -3,16 +3,19 @@
 use std::collections::BTreeMap;
 
 use ::mavlink::dialects::ardupilotmega::{
-    ATTITUDE_DATA, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA, EkfStatusFlags, EstimatorStatusFlags,
-    FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot, MavFrame, MavMessage, MavSeverity, MavType,
+    AIS_VESSEL_DATA, ATTITUDE_DATA, AisFlags, AisNavStatus, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA,
+    EkfStatusFlags, EstimatorStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot,
+    MavFrame, MavMessage, MavSeverity, MavType,
 };
+use ::mavlink::types::CharArray;
 use ::mavlink::{MavHeader, MavlinkReader as FrameReader};
 use nalgebra::Vector2;
+use planner::snapshot::VesselStatus;
 use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    Alarm, AuvFix, CraftMeasurement, Measurement, Origin,
+    Alarm, AuvFix, CraftMeasurement, Measurement, Origin, VesselFix,
     autopilot_link::{AutopilotLink, AutopilotSettings},
     reference::Reference,
     tests::{ARDUPILOT, BOAT, frame, heartbeat},
@@ -447,4 +450,44 @@ proptest! {
         let new = heard.iter().filter(|one| !said.contains(one)).count();
         prop_assert!(new <= 3, "{heard:?}");
     }
+}
+
+#[test]
+fn the_autopilot_s_vessels_have_the_values_that_their_flags_allow() {
+    let mut name = [0; 20];
+    name[..7].copy_from_slice(b"EXAMPLE");
+    let heard = |flags: AisFlags, heading: u16| {
+        let vessel = MavMessage::AIS_VESSEL(AIS_VESSEL_DATA {
+            MMSI: 244_123_456,
+            lat: HERE.lat,
+            lon: HERE.lon,
+            COG: 9_000,
+            heading,
+            velocity: 250,
+            dimension_bow: 70,
+            dimension_stern: 30,
+            dimension_port: 8,
+            dimension_starboard: 4,
+            tslc: 3,
+            navigational_status: AisNavStatus::AIS_NAV_STATUS_FISHING,
+            flags,
+            name: CharArray::new(name),
+            ..AIS_VESSEL_DATA::DEFAULT
+        });
+        match &reader().push(&frame(1, 1, &vessel), 5.0)[..] {
+            [AutopilotEvent::Measured(Measurement::Vessel(message))] => message.clone(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let east = Some(std::f64::consts::FRAC_PI_2);
+    let known = heard(AisFlags::all(), 9_000);
+    let position = Origin { lat_deg: 38.41, lon_deg: -9.12 };
+    let status = VesselStatus::Fishing;
+    let fix = VesselFix { age_s: 3.0, position, course: east, speed: Some(2.5), heading: east, status };
+    assert_eq!((known.mmsi, known.name.as_deref(), known.fix), (244_123_456, Some("EXAMPLE"), Some(fix)));
+    assert_eq!((known.is_own, known.dimensions), (false, Some([70.0, 30.0, 8.0, 4.0])));
+    // 511° is no heading.
+    let unknown = heard(AisFlags::empty(), 51_100);
+    let fix = VesselFix { course: None, speed: None, heading: None, ..fix };
+    assert_eq!((unknown.fix, unknown.name, unknown.dimensions), (Some(fix), None, None));
 }

@@ -2,6 +2,7 @@
 
 use clock::Clock;
 use nalgebra::Vector2;
+use planner::snapshot::{VehicleId, VesselStatus};
 use serde_json::json;
 
 use super::*;
@@ -416,4 +417,55 @@ async fn a_plan_of_a_newer_service_is_read_without_the_parts_that_no_bridge_uses
     clock.sleep(Duration::from_secs(2)).await;
     let plan = link.status().plan.expect("is read");
     assert!(plan.warnings().eq(["of_tomorrow"]));
+}
+
+#[tokio::test(start_paused = true)]
+async fn of_each_vessel_the_newest_position_waits_within_the_ranges_of_the_api() {
+    let clock = Clock::simulated(1_000.0);
+    let back = clock.now() + Duration::from_secs(10);
+    let timer = clock.clone();
+    let (transport, calls) = service(&clock, move |call| {
+        let is_starting = is_report(call) && timer.now() < back;
+        if is_starting { (503, problem("starting")) } else { healthy(call) }
+    });
+    let link = joined(&clock, None, transport);
+    let vessel = |mmsi: u32, t_s: f64| Vessel {
+        id: VehicleId(mmsi.to_string()),
+        name: None,
+        t_s: Some(t_s),
+        north_m: IN_DEGREES,
+        east_m: IN_DEGREES,
+        lat_deg: Some(38.0),
+        lon_deg: Some(-9.0),
+        course_rad: None,
+        speed_mps: Some(70.0),
+        heading_rad: None,
+        length_m: Some(600.0),
+        sigma_m: None,
+        status: VesselStatus::AtAnchor,
+    };
+    link.note(0.0, "the first request is on its way");
+    clock.sleep(Duration::from_secs(1)).await;
+    link.report_traffic(vec![vessel(1, 1.0), vessel(2, 1.0)]);
+    link.report_traffic((0..70).map(|mmsi| vessel(mmsi, 2.0)).collect());
+    link.report_traffic(vec![vessel(1, 3.0)]);
+    clock.sleep(Duration::from_secs(20)).await;
+    let calls = calls.lock();
+    let posted: Vec<Value> = calls
+        .iter()
+        .filter(|(_, call)| is_report(call))
+        .filter_map(|(_, call)| serde_json::from_str::<Value>(&body(call)).ok())
+        .flat_map(|body| body["traffic"].as_array().cloned().unwrap_or_default())
+        .collect();
+    // The nearest come first, and more than 64 do not fit into a request.
+    let mut ids: Vec<u32> = posted.iter().filter_map(|vessel| vessel["id"].as_str()?.parse().ok()).collect();
+    ids.sort_unstable();
+    assert!(ids.iter().copied().eq(0..64), "{ids:?}");
+    let first = posted.iter().find(|vessel| vessel["id"] == "1").expect("is posted");
+    let expected = json!({
+        "id": "1", "t_s": 1003.0, "north_m": null, "east_m": null, "lat_deg": 38.0, "lon_deg": -9.0,
+        "speed_mps": 60.0, "length_m": 500.0, "status": "at_anchor",
+    });
+    assert_eq!(first, &expected);
+    assert_eq!(link.status().clamped.to_string(), "vessel's length: 73, vessel's speed: 73");
 }

@@ -12,7 +12,7 @@ use super::fields::{BEARING_DEG, Fields};
 use crate::{CraftMeasurement, Parsed, reject_if};
 
 /// A knot, m/s: one international nautical mile, 1852 m, an hour.
-const KNOT: f64 = 1852.0 / 3600.0;
+pub(super) const KNOT: f64 = 1852.0 / 3600.0;
 /// A kilometre an hour, m/s.
 const KILOMETRE_PER_HOUR: f64 = 1000.0 / 3600.0;
 /// A degree a minute, rad/s.
@@ -83,7 +83,7 @@ pub(crate) fn checksum(payload: &[u8]) -> u8 {
 /// The text between `$` and `*`, if the checksum after it is right.
 ///
 /// The checksum must end the line: in an earlier one, a flipped bit could have made the `*`.
-fn checked_payload(line: &[u8]) -> Parsed<&str> {
+pub(super) fn checked_payload(line: &[u8]) -> Parsed<&str> {
     let [_, payload @ .., b'*', high, low] = line else {
         return Err(NO_CHECKSUM);
     };

@@ -1,6 +1,7 @@
 //! Published sentences, and properties for any bytes.
 
 mod any_bytes;
+mod vessels;
 mod written;
 
 use nalgebra::Vector2;
@@ -28,7 +29,7 @@ const THS: &str = "$INTHS,123.456,A*20";
 const ROT: &str = "$HEROT,-11.23,A*07";
 const VHW: &str = "$IIVHW,201.1,T,209.2,M,6.5,N,12.0,K*6E";
 const VBW: &str = "$VMVBW,-7.1,0.1,A,,,V,,V,,V*65";
-const PUBLISHED: [&str; 8] = [GGA, RMC, VTG, HDT, THS, ROT, VHW, VBW];
+const PUBLISHED: [&str; 10] = [GGA, RMC, VTG, HDT, THS, ROT, VHW, VBW, vessels::CLASS_A, vessels::EXTENDED];
 
 /// The measurements in `text`, received at `received_s`, and the reasons of rejections.
 fn read_at(text: &str, received_s: f64) -> (Vec<(f64, CraftMeasurement)>, Vec<&'static str>) {
@@ -37,7 +38,7 @@ fn read_at(text: &str, received_s: f64) -> (Vec<(f64, CraftMeasurement)>, Vec<&'
     for measurement in reader.push(text.as_bytes(), received_s) {
         match measurement {
             Measurement::Craft { t_s, measured, .. } => read.push((t_s, measured)),
-            Measurement::Auv(fix) => panic!("no sentence is about AUVs: {fix:?}"),
+            other => panic!("no measurement of the craft: {other:?}"),
         }
     }
     (read, reader.rejects().iter().map(|(reason, _)| reason).collect())

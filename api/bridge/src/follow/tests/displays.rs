@@ -3,7 +3,9 @@
 use std::{collections::BTreeMap, sync::Mutex};
 
 use ::mavlink::MavlinkReader;
-use ::mavlink::dialects::ardupilotmega::{FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavMessage};
+use ::mavlink::dialects::ardupilotmega::{
+    AIS_VESSEL_DATA, AisNavStatus, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavMessage,
+};
 use ::wire::mission::Steering as Said;
 
 use super::*;
@@ -27,6 +29,7 @@ enum Fault {
     PlansCease,
     LeavesGuided,
     RudderSticks,
+    MeetsVessel,
 }
 
 /// A bridge that steers a boat to the north, and everything that it says.
@@ -121,6 +124,18 @@ impl Voyage {
             };
             bytes.extend(frame(AUV, 1, &MavMessage::FOLLOW_TARGET(fix)));
         }
+        if fault == Some(Fault::MeetsVessel) {
+            // Its half length and the distance to keep are 40 m: three seconds before the twelve metres of
+            // the next ten seconds lead into them.
+            let north_m = 30.0 + 3.0 + 12.0 + 40.0;
+            #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
+            let lat = ((38.0 + north_m / METRES_PER_DEGREE) * 1e7) as i32;
+            let navigational_status = AisNavStatus::AIS_NAV_STATUS_MOORED;
+            let (lon, mmsi) = (-91_200_000, 244_123_456);
+            let vessel =
+                AIS_VESSEL_DATA { lat, lon, MMSI: mmsi, navigational_status, ..AIS_VESSEL_DATA::DEFAULT };
+            bytes.extend(frame(1, 1, &MavMessage::AIS_VESSEL(vessel)));
+        }
         bytes
     }
 
@@ -158,6 +173,7 @@ async fn every_display_changes_at_the_tick_of_the_state() {
         (Fault::PlansCease, "Pilotfish steering: no new plan", 3.1),
         (Fault::LeavesGuided, "Pilotfish off: the autopilot left its guided mode", 0.1),
         (Fault::RudderSticks, "Pilotfish steering: the heading does not turn as told", 2.1),
+        (Fault::MeetsVessel, "Pilotfish degraded: keeps clear of 244123456 against the plan", 4.1),
     ] {
         let mut voyage = Voyage::begin();
         for _ in 0..300 {

@@ -15,7 +15,7 @@ fn everything_in<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> (Vec<Measure
 
 fn are_numbers(measurement: &Measurement) -> bool {
     let Measurement::Craft { t_s, measured, .. } = measurement else {
-        return false;
+        return matches!(measurement, Measurement::Vessel(_));
     };
     let (first, second) = numbers_of(measured);
     t_s.is_finite() && first.is_finite() && second.is_finite()
