@@ -62,6 +62,7 @@
 //! The [`plan::Workspace`] saves time and changes no answer.
 
 mod choose;
+mod coast;
 pub mod craft;
 pub mod estimate;
 mod facts;

@@ -3,7 +3,11 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
-use planner::{los::Reference, plan::Method, snapshot::KeepOut};
+use planner::{
+    los::Reference,
+    plan::Method,
+    snapshot::{KeepOut, no_go_depths},
+};
 use serde::Serialize;
 
 use crate::record::{AuvRow, NavigationRow, Record, Row, SurfaceCraftRow};
@@ -92,6 +96,8 @@ pub struct Violations {
     pub speed_mps: Violation,
     /// Inside a keep-out disc.
     pub keep_out_m: Violation,
+    /// Inside a no-go area.
+    pub no_go_m: Violation,
     /// Outside the area to stay in.
     pub area_m: Violation,
     /// Slant range to an underwater vehicle beyond the largest one.
@@ -259,6 +265,10 @@ impl Violations {
                 let inside = |disc: &KeepOut| disc.radius_m - (craft.position - disc.centre()).norm();
                 bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
             }),
+            no_go_m: {
+                let depth = no_go_depths(&bounds.no_go);
+                craft(&|craft| depth(&craft.position))
+            },
             area_m: craft(&|craft| outside(&bounds.area, &craft.position)),
             range_m: Violation::of(record, &|row| {
                 bounds.range_max.map_or(0.0, |range| farthest(row) - range)

@@ -232,6 +232,7 @@ impl Observer {
             craft: Some(briefing.craft.clone()),
             tuning: briefing.tuning.clone(),
             keep_outs: briefing.bounds.keep_outs.clone(),
+            no_go: briefing.bounds.no_go.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
             forecast: briefing.forecast,
             acoustics: range_max_m.map(|range_max_m| AcousticLink { range_max_m }),

@@ -74,6 +74,11 @@ pub struct Plan {
     pub schedule: Option<Schedule>,
     /// Figure of a goal that localises AUVs; return it in the next request.
     pub figure: Option<Figure>,
+    /// The no-go area in which the goal is, by index; the plan follows it from the nearest place
+    /// outside.
+    pub goal_in_no_go: Option<usize>,
+    /// `false` if no way leads past no-go areas to the goal.
+    pub goal_is_reachable: bool,
 }
 
 impl From<&Plan> for PreviousPlan {

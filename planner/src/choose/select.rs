@@ -6,6 +6,7 @@ use crate::{
     choose::{
         answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
         beside,
+        round_land::led_round,
     },
     craft::{
         estimate::CraftEstimate,
@@ -135,6 +136,8 @@ pub(crate) fn select_answer(
         range_unattainable: horizon.constraints.range_unattainable,
         schedule,
         figure: goal.figure().cloned(),
+        goal_in_no_go: snapshot.no_go_at(&goal.wanted(0.0).position),
+        goal_is_reachable: goal.is_reachable(),
     }
 }
 
@@ -170,6 +173,7 @@ pub fn scheduled_goal(
     if let Some((figure, auvs)) = figure {
         goal = goal.on_figure(figure, &auvs);
     }
+    let goal = led_round(goal, snapshot, parameters, stop);
     (goal, scheduled.map(|scheduled| scheduled.schedule))
 }
 

@@ -9,11 +9,11 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
     /// `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's
-    /// position uncertainty), `area`, `keep_out` or `surfacing_separation`.
+    /// position uncertainty), `area`, `keep_out`, `surfacing_separation` or `no_go`.
     #[schema(value_type = String)]
     pub limit: SoftLimit,
-    /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an
-    /// underwater vehicle (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
+    /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), a
+    /// no-go area (`/no_go/0`), an underwater vehicle (`/auvs/1`) or the `/area`. Absent for limits of the craft's own motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub pointer: Option<Subject>,
@@ -32,6 +32,8 @@ pub struct Violation {
 pub enum Subject {
     /// A keep-out, by its index in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
     KeepOut(usize),
+    /// A no-go area, by its index in [`no_go`](crate::snapshot::PlanRequest::no_go).
+    NoGo(usize),
     /// An AUV, by its index in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
     /// The area to stay in.
@@ -42,6 +44,7 @@ impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::KeepOut(i) => write!(f, "/keep_outs/{i}"),
+            Self::NoGo(i) => write!(f, "/no_go/{i}"),
             Self::Auv(i) => write!(f, "/auvs/{i}"),
             Self::Area => f.write_str("/area"),
         }
@@ -63,7 +66,8 @@ impl TryFrom<String> for Subject {
         let area = (pointer == "/area").then_some(Self::Area);
         let disc = || place("/keep_outs/").map(Self::KeepOut);
         let auv = || place("/auvs/").map(Self::Auv);
-        area.or_else(disc).or_else(auv).ok_or(pointer)
+        let no_go = || place("/no_go/").map(Self::NoGo);
+        area.or_else(disc).or_else(no_go).or_else(auv).ok_or(pointer)
     }
 }
 
@@ -83,6 +87,8 @@ pub enum SoftLimit {
     KeepOut,
     /// Distance to an AUV at the surface, m, priced as a keep-out.
     SurfacingSeparation,
+    /// No-go area, m, priced as a keep-out.
+    NoGo,
 }
 
 impl SoftLimit {
@@ -91,7 +97,9 @@ impl SoftLimit {
         match self {
             Self::ForwardSpeed => Unit::MetresPerSecond,
             Self::TurnRate => Unit::MetresPerSecondSquared,
-            Self::AcousticRange | Self::Area | Self::KeepOut | Self::SurfacingSeparation => Unit::Metres,
+            Self::AcousticRange | Self::Area | Self::KeepOut | Self::SurfacingSeparation | Self::NoGo => {
+                Unit::Metres
+            }
         }
     }
 }
