@@ -6,4 +6,5 @@ mod beside;
 mod beside_tests;
 pub mod explain;
 pub mod plan;
+mod round_land;
 pub(crate) mod select;

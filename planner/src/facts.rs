@@ -9,6 +9,7 @@ pub(crate) mod field_error;
 pub(crate) mod goal;
 pub(crate) mod known_path;
 pub(crate) mod localise;
+pub(crate) mod no_go;
 pub(crate) mod options;
 pub(crate) mod origin;
 pub mod path;

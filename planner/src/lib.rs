@@ -64,6 +64,7 @@
 
 mod avoid;
 mod choose;
+mod coast;
 pub mod craft;
 pub mod estimate;
 mod facts;

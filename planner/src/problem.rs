@@ -6,5 +6,6 @@ pub(crate) mod horizon;
 pub(crate) mod limits;
 pub mod parameters;
 pub(crate) mod previous_trajectory;
+pub(crate) mod shores;
 pub(crate) mod stage_constraints;
 pub(crate) mod violation;

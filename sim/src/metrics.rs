@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use planner::{
     los::Reference,
     plan::Method,
-    snapshot::{KeepOut, VESSEL_SEPARATION_DEFAULT},
+    snapshot::{KeepOut, VESSEL_SEPARATION_DEFAULT, no_go_depths},
 };
 use serde::Serialize;
 
@@ -108,6 +108,8 @@ pub struct Violations {
     pub speed_mps: Violation,
     /// Inside a keep-out disc.
     pub keep_out_m: Violation,
+    /// Inside a no-go area.
+    pub no_go_m: Violation,
     /// Outside the area to stay in.
     pub area_m: Violation,
     /// Slant range to an underwater vehicle beyond the largest one.
@@ -290,6 +292,10 @@ impl Violations {
                 let inside = |disc: &KeepOut| disc.radius_m - (craft.position - disc.centre()).norm();
                 bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
             }),
+            no_go_m: {
+                let depth = no_go_depths(&bounds.no_go);
+                craft(&|craft| depth(&craft.position))
+            },
             area_m: craft(&|craft| outside(&bounds.area, &craft.position)),
             range_m: Violation::of(record, &|row| {
                 bounds.range_max.map_or(0.0, |range| farthest(row) - range)

@@ -240,6 +240,7 @@ impl Observer {
             craft: Some(briefing.craft.clone()),
             tuning: briefing.tuning.clone(),
             keep_outs: briefing.bounds.keep_outs.clone(),
+            no_go: briefing.bounds.no_go.clone(),
             area: briefing.bounds.area.iter().copied().map(Into::into).collect(),
             forecast: briefing.forecast,
             traffic: self.ais.as_ref().map_or_else(Vec::new, |ais| ais.known(&world.vessels)),

@@ -5,7 +5,7 @@ use planner::{
     angle::Heading,
     los::Reference,
     plan::Method,
-    snapshot::{KeepOut, Limits},
+    snapshot::{KeepOut, Limits, NoGo},
 };
 
 use crate::{fault::Fault, plant::Plant};
@@ -67,6 +67,8 @@ impl Record {
 pub struct Bounds {
     /// Keep-out discs.
     pub keep_outs: Vec<KeepOut>,
+    /// Polygons to keep out of.
+    pub no_go: Vec<NoGo>,
     /// Corners (north, east) of the convex area to stay in, m, in either sense; empty for no limit.
     pub area: Vec<Vector2<f64>>,
     /// Largest slant range to every underwater vehicle, m.

@@ -20,7 +20,8 @@ const SETTLED_M: f64 = 15.0;
 pub(crate) fn needs_origin(live: &Value) -> bool {
     let has = |of: &Value, members: &[&str]| members.iter().any(|member| !of[*member].is_null());
     let auvs = live["auvs"].as_array().map_or(&[][..], Vec::as_slice);
-    !has(live, &["origin", "path", "keep_outs", "area"]) && !auvs.iter().any(|auv| has(auv, &["path"]))
+    !has(live, &["origin", "path", "keep_outs", "no_go", "area"])
+        && !auvs.iter().any(|auv| has(auv, &["path"]))
 }
 
 /// Finds the origin of a mission: not the first position of a receiver that is starting.

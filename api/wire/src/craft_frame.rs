@@ -14,7 +14,7 @@ use geodesy::Datum;
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use planner::path::Segment;
 use planner::plan::Plan;
-use planner::snapshot::{Origin, PlanRequest, PreviousPlan, Snapshot};
+use planner::snapshot::{NoGo, Origin, PlanRequest, PreviousPlan, Snapshot};
 
 /// Largest error of the linear form, m; beyond it, positions are converted over the Earth.
 const LINEAR_ERROR_MAX: f64 = 1e-3;
@@ -94,7 +94,7 @@ impl CraftFrame {
             frame.put(&mut vessel.north_m, &mut vessel.east_m);
         }
         // Straight sides stay straight.
-        for corner in &mut request.area {
+        for corner in request.area.iter_mut().chain(request.no_go.iter_mut().flat_map(NoGo::corners_mut)) {
             *corner = (frame.from_datum * (Vector2::from(*corner) - frame.craft)).into();
         }
         if let Some(plan) = &mut request.previous_plan {

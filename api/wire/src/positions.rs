@@ -17,7 +17,7 @@ use crate::json::{Json, Node, ShapeError};
 const LEFT_ALONE: [&str; 3] = ["origin", "metadata", "previous_plan"];
 
 /// Members that are points, or lists of points.
-const POINTS: [&str; 5] = ["area", "from", "to", "centre", "points"];
+const POINTS: [&str; 7] = ["area", "polygon", "holes", "from", "to", "centre", "points"];
 
 /// Members of a position.
 const METRES: [&str; 2] = ["north_m", "east_m"];

@@ -250,7 +250,29 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
     warnings.extend(about_visits(snapshot, plan));
     warnings.extend(unknown_navigation(snapshot, plan));
     warnings.extend(not_localised(snapshot, plan));
+    warnings.extend(about_no_go_areas(snapshot, plan));
     warnings
+}
+
+/// Warnings of a craft or goal in a no-go area, and of a goal to which no way leads.
+fn about_no_go_areas(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
+    let name = |i: usize| match &snapshot.no_go[i].name {
+        Some(name) => format!("{name}, a no-go area"),
+        None => format!("no-go area {i}"),
+    };
+    let craft = snapshot.no_go_at(&snapshot.asc.position()).map(|i| {
+        let detail = format!("the craft is in {}: it takes the nearest way out", name(i));
+        warning("craft_in_no_go", &format!("/no_go/{i}"), detail)
+    });
+    let goal = plan.goal_in_no_go.map(|i| {
+        let detail = format!("the goal is in {}: it is followed from the nearest place outside", name(i));
+        warning("goal_in_no_go", &format!("/no_go/{i}"), detail)
+    });
+    let closed = (!plan.goal_is_reachable).then(|| {
+        let detail = "no way that is wide enough for the craft leads past the no-go areas to the goal";
+        warning("no_way", "/no_go", detail.to_owned())
+    });
+    [craft, goal, closed].into_iter().flatten().collect()
 }
 
 /// A warning of localised vehicles whose present uncertainty nobody states.

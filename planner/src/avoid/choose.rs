@@ -131,13 +131,14 @@ impl Avoider<'_> {
         let waiting: Vec<usize> =
             (0..acts.len()).filter(|i| waits(*i)).map(|i| scene.others[i].forecast.vessel).collect();
         let vessels = VesselForecast::all(snapshot).filter(|vessel| !waiting.contains(&vessel.vessel));
-        Some(Kept { avoidance, way: (!is_direct).then_some(Way(way)), vessels: vessels.collect() })
+        let way = (!is_direct).then(|| Way { places: way, is_open: goal.is_reachable() });
+        Some(Kept { avoidance, way, vessels: vessels.collect() })
     }
 
     /// The cheapest trial, with the present one `kept`; none if that is straight for the goal.
     fn best(
         &self,
-        scene: &Scene,
+        scene: &Scene<'_>,
         kept: Option<Trial>,
         acts: &[bool],
         straight: &Outcome,
@@ -202,7 +203,7 @@ fn past(snapshot: &Snapshot, forecast: &VesselForecast, heading: f64) -> PastVes
 }
 
 /// The encounters of a scene, from the earliest.
-fn encounters(snapshot: &Snapshot, scene: &Scene, outcome: &Outcome, acts: &[bool]) -> Vec<Encounter> {
+fn encounters(snapshot: &Snapshot, scene: &Scene<'_>, outcome: &Outcome, acts: &[bool]) -> Vec<Encounter> {
     let velocity = Vector2::new(scene.speed_now, 0.0) + scene.current;
     let met = scene.others.iter().zip(&outcome.passings).zip(acts);
     met.filter_map(|((other, passing), acts)| {

@@ -1,8 +1,9 @@
 //! The craft, its goal and other vessels over the next minutes, in the frame of the present craft.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::avoid::encounter::closest_approach;
+use crate::coast::land::Land;
 use crate::craft::model::CraftModel;
 use crate::facts::angle::ned_from_body;
 use crate::facts::traffic::EncounterKind;
@@ -30,7 +31,7 @@ pub(crate) struct Other {
 
 /// The situation that all trials share.
 #[derive(Clone, Debug)]
-pub(crate) struct Scene {
+pub(crate) struct Scene<'a> {
     pub(crate) tuned: AvoidNumbers,
     /// From the earliest to the latest that may come too near.
     pub(crate) others: Vec<Other>,
@@ -44,12 +45,14 @@ pub(crate) struct Scene {
     pub(crate) discs: Vec<(Vector2<f64>, f64)>,
     /// Corners of the area, clockwise.
     pub(crate) area: Vec<Vector2<f64>>,
+    /// No-go areas, if the craft could reach one, with its place and axes among them.
+    pub(crate) land: Option<(&'a Land, Vector2<f64>, Matrix2<f64>)>,
 }
 
-impl Scene {
+impl<'a> Scene<'a> {
     /// The scene of `snapshot`, with the craft as it is planned; none without a vessel that could
     /// come too near.
-    pub(crate) fn new(snapshot: &Snapshot, goal: &GoalForecast, craft: CraftModel) -> Option<Self> {
+    pub(crate) fn new(snapshot: &'a Snapshot, goal: &GoalForecast, craft: CraftModel) -> Option<Self> {
         let tuned = snapshot.tuned().avoid;
         let turned = ned_from_body(snapshot.asc.heading().radians()).transpose();
         let place = |position: Vector2<f64>| turned * (position - snapshot.asc.position());
@@ -78,7 +81,10 @@ impl Scene {
             return None;
         }
         let dt = tuned.look_ahead / STEPS as f64;
+        let (land, here) = (snapshot.land(), snapshot.asc.position());
+        let shore = land.sides.nearest(&here, reach, |_| true);
         Some(Self {
+            land: shore.map(|_| (land, here, turned.transpose())),
             tuned,
             others: others.into_iter().map(|(_, other)| other).collect(),
             goal: (0..=STEPS).map(|k| motion(&goal.at(dt * k as f64))).collect(),

@@ -14,7 +14,7 @@ const TOLD: f64 = 0.1;
 /// where that leaves the vessel.
 pub(crate) fn sentence(
     snapshot: &Snapshot,
-    scene: &Scene,
+    scene: &Scene<'_>,
     outcome: &Outcome,
     acts: &[bool],
     trial: Option<&Trial>,

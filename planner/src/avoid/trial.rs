@@ -53,7 +53,7 @@ pub(crate) struct Outcome {
     pub(crate) passings: SmallVec<[Passing; 16]>,
 }
 
-impl Scene {
+impl Scene<'_> {
     /// Sails `trial`, and shows each place to `see`; none if it costs `least` or more.
     pub(crate) fn sail(
         &self,
@@ -129,13 +129,15 @@ impl Scene {
         *position += (*bow * *speed + self.current) * dt;
     }
 
-    /// Depth outside the area or within a keep-out, m; negative if neither.
+    /// Depth outside the area, within a keep-out or in a no-go area, m; negative if none.
     fn breach(&self, position: &Vector2<f64>) -> f64 {
         let discs = self.discs.iter().map(|(centre, radius)| radius - (position - centre).norm());
         let corners = self.area.iter();
         let sides = corners.clone().zip(corners.cycle().skip(1));
         let edges = sides.map(|(from, to)| -(to - from).normalize().perp(&(position - from)));
-        discs.chain(edges).fold(f64::NEG_INFINITY, f64::max)
+        let on_land = self.land.and_then(|(land, here, axes)| land.inside(&(here + axes * position)));
+        let depths = discs.chain(edges).chain(on_land.map(|(_, depth)| depth));
+        depths.fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

@@ -77,6 +77,11 @@ pub struct Plan {
     pub figure: Option<Figure>,
     /// What is done about other vessels, if any may come near; return it in the next request.
     pub avoidance: Option<Avoidance>,
+    /// The no-go area in which the goal is, by index; the plan follows it from the nearest place
+    /// outside.
+    pub goal_in_no_go: Option<usize>,
+    /// `false` if no way leads past no-go areas to the goal.
+    pub goal_is_reachable: bool,
 }
 
 impl From<&Plan> for PreviousPlan {

@@ -7,6 +7,7 @@ use crate::{
     choose::{
         answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
         beside,
+        round_land::led_round,
     },
     craft::{
         estimate::CraftEstimate,
@@ -137,6 +138,8 @@ pub(crate) fn select_answer(
         schedule,
         figure: goal.figure().cloned(),
         avoidance: goal.avoidance().cloned(),
+        goal_in_no_go: snapshot.no_go_at(&goal.wanted(0.0).position),
+        goal_is_reachable: goal.is_reachable(),
     }
 }
 
@@ -172,6 +175,7 @@ pub fn scheduled_goal(
     if let Some((figure, auvs)) = figure {
         goal = goal.on_figure(figure, &auvs);
     }
+    let mut goal = led_round(goal, snapshot, parameters, stop);
     let avoider = Avoider { craft: parameters.planned(snapshot.craft_model()), due: &|| stop.is_due() };
     if let Some(kept) = avoider.avoid(snapshot, &goal) {
         goal = goal.clear_of(kept.vessels, kept.avoidance);

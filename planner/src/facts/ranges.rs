@@ -53,6 +53,12 @@ pub const KEEP_OUTS_MAX: usize = 32;
 /// Radius of a keep-out, m: from the resolution of a craft's position to a large harbour.
 pub const KEEP_OUT_RADIUS: RangeInclusive<f64> = 0.1..=1.0e4;
 
+/// Most no-go areas.
+pub const NO_GO_MAX: usize = 256;
+
+/// Most corners of all no-go areas: a harbour's chart, or a coast of 100 km at 10 m.
+pub const NO_GO_CORNERS_MAX: usize = 10_000;
+
 /// Number of corners of an area.
 pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
 

@@ -1,7 +1,10 @@
 //! The AUVs and the craft over the time of a trial, in the frame of the present craft.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix2, Vector2};
 
+use crate::coast::land::Land;
 use crate::facts::angle::{direction, ned_from_body};
 use crate::facts::evidence::SPEED_AT_REST;
 use crate::facts::localise::Localise;
@@ -59,6 +62,8 @@ pub(crate) struct Scene {
     pub(crate) current: Vector2<f64>,
     /// Keep-outs: centre and radius, m.
     pub(crate) discs: Vec<(Vector2<f64>, f64)>,
+    /// No-go areas, and the present craft's place and axes among them.
+    pub(crate) land: (Arc<Land>, Vector2<f64>, Matrix2<f64>),
     /// Corners of the area, clockwise.
     pub(crate) area: Vec<Vector2<f64>>,
 }
@@ -131,6 +136,7 @@ impl Scene {
             turn_rate,
             current: craft_from_ned * snapshot.current(),
             discs: snapshot.keep_outs.iter().map(|disc| (place(disc.centre()), disc.radius_m)).collect(),
+            land: (snapshot.shared_land(), snapshot.asc.position(), craft_from_ned.transpose()),
             area: snapshot.area.iter().map(|corner| place((*corner).into())).collect(),
             members,
         })

@@ -118,13 +118,15 @@ impl Scene {
         }
     }
 
-    /// `true` outside the area, within a keep-out, or too near an AUV.
+    /// `true` outside the area, within a keep-out or no-go area, or too near an AUV.
     fn breaks_a_bound(&self, position: &Vector2<f64>, k: usize) -> bool {
         let within = |(centre, radius): &(Vector2<f64>, f64)| (position - centre).norm() < *radius;
         let corners = self.area.iter();
         let mut sides = corners.clone().zip(corners.cycle().skip(1));
         let near = |place: &Vector2<f64>| (position - place).norm() < 0.9 * self.stand_off;
+        let (land, craft, ned_from_craft) = &self.land;
         self.discs.iter().any(within)
+            || land.covers(&(craft + ned_from_craft * position))
             || sides.any(|(from, to)| (to - from).perp(&(position - from)) < 0.0)
             || self.members.iter().any(|member| near(&member.track[k].0))
     }

@@ -53,13 +53,18 @@ pub struct GoalForecast {
 
 /// Places at which the craft is to be, at increasing times after the snapshot, s, from now on.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Way(pub(crate) Vec<(f64, Vector2<f64>)>);
+pub(crate) struct Way {
+    /// Times, s, and places.
+    pub(crate) places: Vec<(f64, Vector2<f64>)>,
+    /// `false` if no way leads to the goal: this one goes as far as it can.
+    pub(crate) is_open: bool,
+}
 
 impl Way {
     /// Its motion `ahead` seconds after the snapshot; none after its end.
     fn at(&self, ahead: f64) -> Option<Motion> {
-        let later = self.0.iter().position(|(time, _)| ahead < *time)?.max(1);
-        let [(begun, from), (arrived, to)] = [self.0.get(later - 1)?, self.0.get(later)?];
+        let later = self.places.iter().position(|(time, _)| ahead < *time)?.max(1);
+        let [(begun, from), (arrived, to)] = [self.places.get(later - 1)?, self.places.get(later)?];
         let velocity = (to - from) / (arrived - begun);
         Some(Motion { position: from + velocity * (ahead - begun), velocity })
     }
@@ -217,13 +222,25 @@ impl GoalForecast {
         matches!(self.rule, Rule::Mean) && self.figure.is_none() && self.way.is_none()
     }
 
+    /// `true` if the goal moves on a way round what is in its way.
+    pub(crate) fn is_by_way(&self) -> bool {
+        self.way.is_some()
+    }
+
+    /// `true` unless no way leads to the goal.
+    pub(crate) fn is_reachable(&self) -> bool {
+        self.way.as_ref().is_none_or(|way| way.is_open)
+    }
+
     /// The goal's motion `ahead` seconds after the snapshot.
+    pub fn at(&self, ahead: f64) -> Motion {
+        self.way.as_ref().and_then(|way| way.at(ahead)).unwrap_or_else(|| self.wanted(ahead))
+    }
+
+    /// The goal's motion without a way round what is in its way.
     ///
     /// The velocity of an offset that turns includes ω × r.
-    pub fn at(&self, ahead: f64) -> Motion {
-        if let Some(motion) = self.way.as_ref().and_then(|way| way.at(ahead)) {
-            return motion;
-        }
+    pub(crate) fn wanted(&self, ahead: f64) -> Motion {
         let followed = self.followed(ahead);
         if let Some(figure) = &self.figure {
             let (place, velocity) = self.on(figure, ahead);

@@ -48,6 +48,11 @@ impl Frame {
         self.ned_from_craft.transpose() * (ned - self.origin)
     }
 
+    /// A position in the craft's frame as (north, east), m.
+    pub(crate) fn ned_position(&self, position: &Vector2<f64>) -> Vector2<f64> {
+        self.origin + self.ned_from_craft * position
+    }
+
     /// A vector (north, east) in the craft's frame.
     pub(crate) fn vector(&self, ned: &Vector2<f64>) -> Vector2<f64> {
         self.ned_from_craft.transpose() * ned
@@ -65,7 +70,7 @@ impl Frame {
     /// The craft of a rollout in NED.
     pub(crate) fn asc_in_ned(&self, asc: &AscNow) -> AscNow {
         AscNow {
-            position: self.origin + self.ned_from_craft * asc.position,
+            position: self.ned_position(&asc.position),
             heading: Heading::new(self.heading.radians() + asc.heading.radians()),
             current: self.ned_from_craft * asc.current,
         }
@@ -93,7 +98,7 @@ impl Frame {
             if k > 0 && velocity.norm() >= SPEED_WITHOUT_DIRECTION {
                 heading = Heading::new(angle_of(&velocity));
             }
-            let position = self.origin + self.ned_from_craft * stage.position;
+            let position = self.ned_position(&stage.position);
             TrajectoryPoint::new(self.now + time, position, stage.velocity.norm(), heading)
         })
     }

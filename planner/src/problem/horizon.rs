@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::coast::land::Land;
 use crate::craft::model::CraftModel;
 use crate::craft::response::{HALF_HOLD, Response, Rollout, Stage, Surge};
 use crate::facts::angle::{Course, Heading, wrap};
@@ -46,6 +47,8 @@ pub(crate) struct Horizon<'a> {
     pub(crate) weights: Weights,
     /// Limits of position at the stages, craft frame.
     pub(crate) constraints: StageConstraints,
+    /// `true` if a no-go area is within the craft's reach.
+    is_near_land: bool,
 }
 
 impl<'a> Horizon<'a> {
@@ -59,6 +62,12 @@ impl<'a> Horizon<'a> {
         let goal_at = |time: &f64| frame.motion(&goal.at(*time));
         let goal_motions: Vec<_> = times.iter().map(goal_at).collect();
         let goal_now = goal_motions[0].position;
+        let mut constraints = StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal);
+        if goal.is_by_way() {
+            constraints.minimax.clear();
+        }
+        let reach = snapshot.limits().speed_max * times[times.len() - 1];
+        let border = snapshot.land().sides.nearest(&snapshot.asc.position(), reach, |_| true);
         Self {
             snapshot,
             parameters,
@@ -73,9 +82,15 @@ impl<'a> Horizon<'a> {
             previous,
             followed,
             weights: parameters.weights_for(snapshot, goal),
-            constraints: StageConstraints::new(snapshot, parameters, &frame, &times, &goal_now, goal),
+            constraints,
+            is_near_land: border.is_some(),
             times,
         }
+    }
+
+    /// The no-go areas, if the craft can reach one.
+    pub(crate) fn land_near(&self) -> Option<&'a Land> {
+        self.is_near_land.then(|| self.snapshot.land())
     }
 
     /// Rollout of a line-of-sight law without memory on the response model.

@@ -2,6 +2,8 @@
 
 use nalgebra::Vector2;
 
+use crate::facts::asc::Limits;
+
 /// Largest horizontal distance to an AUV, at stages 0 … N.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AcousticRange {
@@ -25,6 +27,17 @@ pub struct Disc {
     pub normals: Vec<Vector2<f64>>,
 }
 
+/// A half-plane beside a no-go area for each interval of a horizon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shore {
+    /// Element k ≥ 1, for interval k − 1 → k: a point of its edge, m.
+    pub points: Vec<Vector2<f64>>,
+    /// The unit vector to the craft's side; zero without a limit.
+    pub normals: Vec<Vector2<f64>>,
+    /// Distance to keep from the edge, m.
+    pub margin: f64,
+}
+
 /// A half-plane to stay in: normal · p ≤ offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
@@ -41,4 +54,17 @@ pub struct MinimaxRange {
     pub positions: Vec<Vector2<f64>>,
     /// Depths, m.
     pub depths: Vec<f64>,
+}
+
+/// Largest distance of the craft's trajectory over `dt`, s, from its chord, m: Δt² ‖a‖ / 8 at
+/// constant acceleration, that of the hardest turn at full speed.
+pub(crate) fn sag(dt: f64, limits: &Limits) -> f64 {
+    let ahead = limits.acceleration_max.max(limits.deceleration_max);
+    dt * dt * ahead.hypot(limits.turn_rate_max * limits.speed_max) / 8.0
+}
+
+/// The same to the side that a turn bends it to. Beside a shore this decides: what speeds up or
+/// slows down stays on the chord, and an unknown craft's acceleration would close every strait.
+pub(crate) fn sag_in_turn(dt: f64, limits: &Limits) -> f64 {
+    dt * dt * limits.turn_rate_max * limits.speed_max / 8.0
 }

@@ -9,11 +9,13 @@ use utoipa::ToSchema;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Violation {
     /// `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's
-    /// position uncertainty), `area`, `keep_out`, `surfacing_separation` or `vessel_separation`.
+    /// position uncertainty), `area`, `keep_out`, `surfacing_separation`, `vessel_separation` or
+    /// `no_go`.
     #[schema(value_type = String)]
     pub limit: SoftLimit,
-    /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an
-    /// underwater vehicle (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`. Absent for limits of the craft's own motion.
+    /// Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), a no-go area
+    /// (`/no_go/0`), an underwater vehicle (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`.
+    /// Absent for limits of the craft's own motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>)]
     pub pointer: Option<Subject>,
@@ -32,6 +34,8 @@ pub struct Violation {
 pub enum Subject {
     /// A keep-out, by its index in [`keep_outs`](crate::snapshot::PlanRequest::keep_outs).
     KeepOut(usize),
+    /// A no-go area, by its index in [`no_go`](crate::snapshot::PlanRequest::no_go).
+    NoGo(usize),
     /// An AUV, by its index in [`auvs`](crate::snapshot::PlanRequest::auvs).
     Auv(usize),
     /// A vessel, by its index in [`traffic`](crate::snapshot::PlanRequest::traffic).
@@ -44,6 +48,7 @@ impl fmt::Display for Subject {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::KeepOut(i) => write!(f, "/keep_outs/{i}"),
+            Self::NoGo(i) => write!(f, "/no_go/{i}"),
             Self::Auv(i) => write!(f, "/auvs/{i}"),
             Self::Vessel(i) => write!(f, "/traffic/{i}"),
             Self::Area => f.write_str("/area"),
@@ -67,7 +72,8 @@ impl TryFrom<String> for Subject {
         let disc = || place("/keep_outs/").map(Self::KeepOut);
         let auv = || place("/auvs/").map(Self::Auv);
         let vessel = || place("/traffic/").map(Self::Vessel);
-        area.or_else(disc).or_else(auv).or_else(vessel).ok_or(pointer)
+        let no_go = || place("/no_go/").map(Self::NoGo);
+        area.or_else(disc).or_else(no_go).or_else(auv).or_else(vessel).ok_or(pointer)
     }
 }
 
@@ -89,6 +95,8 @@ pub enum SoftLimit {
     SurfacingSeparation,
     /// Distance to another vessel, m, priced as a keep-out.
     VesselSeparation,
+    /// No-go area, m, priced as a keep-out.
+    NoGo,
 }
 
 impl SoftLimit {
@@ -101,7 +109,8 @@ impl SoftLimit {
             | Self::Area
             | Self::KeepOut
             | Self::SurfacingSeparation
-            | Self::VesselSeparation => Unit::Metres,
+            | Self::VesselSeparation
+            | Self::NoGo => Unit::Metres,
         }
     }
 }

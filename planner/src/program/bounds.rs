@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::problem::limits::{sag, sag_in_turn};
 use crate::program::{build::Program, layout::Slack, subproblem::Subproblem, units::LENGTH_UNIT};
 
 impl Program {
@@ -44,13 +45,41 @@ impl Program {
                 let there = disc.radii[start].max(disc.radii[k]) >= 0.0;
                 let normal = if there { disc.normals[k] } else { Vector2::zeros() };
                 let reach = |at: usize| {
-                    if there { disc.radii[at] + sag(subproblem, k) } else { -LENGTH_UNIT }
+                    if there {
+                        disc.radii[at] + sag(subproblem.steps[k - 1], subproblem.limits)
+                    } else {
+                        -LENGTH_UNIT
+                    }
                 };
                 self.outside(end, k, k, normal, disc.centres[k], reach(k), subproblem);
                 if start > 0 {
                     let row = self.layout.disc_at_start(k, o);
                     let reach = reach(start);
                     self.outside(row, start, k, normal, disc.centres[start], reach, subproblem);
+                }
+            }
+        }
+    }
+
+    /// The craft stays on its side of the half-planes beside no-go areas: nᵀ (p − c) ≥ margin +
+    /// Δt² r_max u_max / 8 − ξ at both ends of every interval. They share the discs' rows and slack.
+    pub(crate) fn shores(&mut self, subproblem: &Subproblem<'_>) {
+        for (o, shore) in subproblem.shores.iter().enumerate() {
+            let o = subproblem.discs.len() + o;
+            for k in self.stages() {
+                let (normal, point) = (shore.normals[k], shore.points[k]);
+                // Without a limit the row holds everywhere.
+                let there = normal != Vector2::zeros();
+                let reach = if there {
+                    shore.margin + sag_in_turn(subproblem.steps[k - 1], subproblem.limits)
+                } else {
+                    -LENGTH_UNIT
+                };
+                let end = self.layout.disc_at_end(k, o);
+                self.outside(end, k, k, normal, point, reach, subproblem);
+                if 1 < k {
+                    let start = self.layout.disc_at_start(k, o);
+                    self.outside(start, k - 1, k, normal, point, reach, subproblem);
                 }
             }
         }
@@ -75,13 +104,4 @@ impl Program {
         self.soften(row, k, Slack::KeepOut, LENGTH_UNIT);
         self.bounds[row] = (normal.dot(&(subproblem.goal[at] - centre)) - reach) / LENGTH_UNIT;
     }
-}
-
-/// Largest distance of the craft's trajectory over interval k from its chord, m: Δt² ‖a‖ / 8 at
-/// constant acceleration, that of the hardest turn at full speed.
-fn sag(subproblem: &Subproblem<'_>, k: usize) -> f64 {
-    let dt = subproblem.steps[k - 1];
-    let limits = subproblem.limits;
-    let ahead = limits.acceleration_max.max(limits.deceleration_max);
-    dt * dt * ahead.hypot(limits.turn_rate_max * limits.speed_max) / 8.0
 }

@@ -118,6 +118,7 @@ impl Program {
         self.acoustic_ranges(subproblem);
         self.area(subproblem);
         self.keep_outs(subproblem);
+        self.shores(subproblem);
     }
 
     pub(super) fn stages(&self) -> std::ops::RangeInclusive<usize> {

@@ -12,7 +12,7 @@ pub struct Layout {
     pub n_ranges: usize,
     /// Number of the last of these, which the goal does not name.
     pub n_other_ranges: usize,
-    /// Discs to stay out of.
+    /// Discs to stay out of, then half-planes beside no-go areas.
     pub n_discs: usize,
     /// Edges of the area to stay in.
     pub n_edges: usize,
@@ -34,7 +34,7 @@ pub enum Slack {
     OtherRange,
     /// Edges of the area.
     Area,
-    /// Discs to keep out of.
+    /// Discs and no-go areas to keep out of.
     KeepOut,
 }
 

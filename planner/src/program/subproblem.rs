@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::craft::closed_loop::Power;
 use crate::facts::asc::Limits;
-use crate::problem::limits::{AcousticRange, Disc, Edge, MinimaxRange};
+use crate::problem::limits::{AcousticRange, Disc, Edge, MinimaxRange, Shore};
 use crate::problem::parameters::Weights;
 use crate::program::layout::Layout;
 
@@ -35,6 +35,8 @@ pub struct Subproblem<'a> {
     pub ranges: &'a [AcousticRange],
     /// Discs to stay out of.
     pub discs: &'a [Disc],
+    /// Half-planes beside no-go areas.
+    pub shores: &'a [Shore],
     /// Edges of the area to stay in.
     pub edges: &'a [Edge],
     /// AUVs in a minimax range; none if the goal is a point.
@@ -52,7 +54,7 @@ impl Subproblem<'_> {
             n_stages: self.steps.len(),
             n_ranges: self.ranges.len(),
             n_other_ranges: self.ranges.iter().filter(|range| !range.named).count(),
-            n_discs: self.discs.len(),
+            n_discs: self.discs.len() + self.shores.len(),
             n_edges: self.edges.len(),
             n_minimax: self.minimax.len(),
             energy: self.weights.energy > 0.0 && self.power != Power::default(),

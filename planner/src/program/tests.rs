@@ -10,7 +10,7 @@ use super::*;
 use crate::{
     craft::closed_loop::Craft,
     facts::{angle::starboard_of, asc::Limits},
-    problem::parameters::Parameters,
+    problem::{limits::Shore, parameters::Parameters},
     program::{
         cost::cost_scale,
         layout::Slack,
@@ -73,6 +73,7 @@ struct Scene {
     directions: Vec<Vector2<f64>>,
     ranges: Vec<AcousticRange>,
     discs: Vec<Disc>,
+    shores: Vec<Shore>,
     edges: Vec<Edge>,
     minimax: Vec<MinimaxRange>,
     parameters: Parameters,
@@ -88,6 +89,7 @@ impl Scene {
             directions: (0..5).map(|k| at(k, 1.0, 0.1).normalize()).collect(),
             ranges: Vec::new(),
             discs: Vec::new(),
+            shores: Vec::new(),
             edges: Vec::new(),
             minimax: Vec::new(),
             parameters: Parameters::default(),
@@ -110,6 +112,11 @@ impl Scene {
             radii: numbers(1.5),
             normals: way(0.3, 1.0).into_iter().map(|n| n.normalize()).collect(),
         }];
+        scene.shores = vec![Shore {
+            points: way(-6.0, 4.0),
+            normals: way(1.0, -0.2).into_iter().map(|n| n.normalize()).collect(),
+            margin: 0.5,
+        }];
         scene.edges = [(0.6, 0.8), (-0.8, 0.6), (0.28, -0.96)]
             .map(|(north, east)| Edge { normal: Vector2::new(north, east), offset: 17.0 })
             .to_vec();
@@ -131,6 +138,7 @@ impl Scene {
             surge_disturbance: &[0.02, -0.01, 0.03, 0.04],
             ranges: &self.ranges,
             discs: &self.discs,
+            shores: &self.shores,
             edges: &self.edges,
             minimax: &self.minimax,
             weights: &self.parameters.weights,

@@ -121,10 +121,14 @@ pub(crate) fn slew_limited(asked: Reference, horizon: &Horizon<'_>, rate: f64) -
 /// `true` if a craft on `heading` would enter a keep-out within [`KEEP_OUT_FORESIGHT`].
 fn leads_into_a_keep_out(heading: Heading, speed: f64, snapshot: &Snapshot) -> bool {
     let velocity = heading.unit() * speed.max(snapshot.asc.speed_mps) + snapshot.current();
-    snapshot.keep_outs.iter().any(|disc| {
+    let position = snapshot.asc.position();
+    let ahead = position + velocity * KEEP_OUT_FORESIGHT;
+    let blocked = || snapshot.land().sides.block(&position, &ahead, 0.0);
+    let toward_disc = snapshot.keep_outs.iter().any(|disc| {
         let outward = snapshot.asc.position() - disc.centre();
         let gap = outward.norm() - disc.radius_m;
         let closing = outward.try_normalize(f64::EPSILON).map_or(0.0, |outward| -velocity.dot(&outward));
         gap < closing * KEEP_OUT_FORESIGHT
-    })
+    });
+    toward_disc || blocked()
 }

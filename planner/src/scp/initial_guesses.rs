@@ -32,12 +32,15 @@ const GUESSES_MAX: usize = 4;
 impl Horizon<'_> {
     /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
-    /// In order: both sides of a wall, both sides of a turn or circle, line of sight, straight to
+    /// In order: the way round no-go areas, both sides of a wall, both sides of a turn or circle, line of sight, straight to
     /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
     pub(crate) fn guesses_without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.constraints.discs;
         let direct = self.direct();
         let mut guesses = Vec::new();
+        if self.forecast.is_by_way() {
+            guesses.push(self.on_the_way());
+        }
         if Wall::is_across(discs, los) || Wall::is_across(discs, &direct) {
             guesses.extend(Side::BOTH.map(|side| self.around_walls(side)));
         }
@@ -68,6 +71,12 @@ impl Horizon<'_> {
         } else {
             Vec::new()
         }
+    }
+
+    /// As the goal moves.
+    fn on_the_way(&self) -> Vec<Stage> {
+        let stage = |goal: &Motion| Stage { position: goal.position, velocity: goal.velocity - self.current };
+        std::iter::once(self.start).chain(self.goal[1..].iter().map(stage)).collect()
     }
 
     fn turns_to_either_side(&self, los: &[Stage]) -> bool {

@@ -6,7 +6,9 @@ use nalgebra::Vector2;
 use crate::craft::response::{Rollout, Stage, surge_disturbances};
 use crate::predict::motion::Motion;
 use crate::problem::horizon::Horizon;
+use crate::problem::limits::Shore;
 use crate::problem::parameters::Parameters;
+use crate::problem::shores::shores;
 use crate::problem::stage_constraints::StageConstraints;
 use crate::problem::violation::{SoftLimit, Violation};
 use crate::program::build::Program;
@@ -54,6 +56,7 @@ struct Linearisation {
     /// Acceleration disturbance of the surge loop, m/s².
     surge_disturbance: Vec<f64>,
     constraints: StageConstraints,
+    shores: Vec<Shore>,
 }
 
 /// A solved subproblem.
@@ -157,6 +160,7 @@ impl Scp<'_> {
             surge_disturbance: &about.surge_disturbance,
             ranges: &about.constraints.ranges,
             discs: &about.constraints.discs,
+            shores: &about.shores,
             edges: &about.constraints.edges,
             minimax: &about.constraints.minimax,
             weights: &horizon.weights,
@@ -219,7 +223,10 @@ impl Linearisation {
         constraints.widen_keep_outs(parameters.keep_out_margin);
         constraints.set_normals(stages);
         constraints.limit_to_reach(reach, &horizon.goal, &goal);
+        let speed = snapshot.limits().speed_max;
+        let beside = |land| shores(land, &horizon.frame, stages, speed, parameters.keep_out_margin);
         Self {
+            shores: horizon.land_near().map(beside).unwrap_or_default(),
             directions: Horizon::directions_of(stages).collect(),
             goal_velocity: horizon.goal.iter().map(slow).collect(),
             goal,

@@ -54,7 +54,7 @@ type Excess = (f64, Option<Subject>);
 /// The cost is the program's in natural units, without its scale and its cap on far goals, plus the
 /// program's price of every violated limit of position, at the worst point of each interval. A
 /// rollout keeps the craft's own limits.
-pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, CostTerms, Violations<5>) {
+pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, CostTerms, Violations<6>) {
     let weights = &horizon.weights;
     let (mut predicted, mut terms) = track(horizon, &rollout.stages, weights);
     let kept = predicted.cost;
@@ -62,12 +62,12 @@ pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, C
     let [named] = pricing.add([Limit::NamedRange], weights.range_slack);
     let [other] = pricing.add([Limit::OtherRange], weights.other_range_slack);
     let [area] = pricing.add([Limit::Area], weights.area_slack);
-    let around_discs = [Limit::KeepOut, Limit::SurfacingSeparation, Limit::VesselSeparation];
-    let [keep_out, separation, vessel] = pricing.add(around_discs, weights.keep_out_slack);
+    let around = [Limit::KeepOut, Limit::SurfacingSeparation, Limit::VesselSeparation, Limit::NoGo];
+    let [keep_out, separation, vessel, no_go] = pricing.add(around, weights.keep_out_slack);
     let [given_up] = pricing.add([Limit::RangeGivenUp], (0.0, 0.0));
     let range = worse(worse(named, other), given_up);
     terms.broken_limits = predicted.cost - kept;
-    (predicted, terms, [range, area, keep_out, separation, vessel])
+    (predicted, terms, [range, area, keep_out, separation, vessel, no_go])
 }
 
 /// Priced limits of position.
@@ -83,6 +83,7 @@ enum Limit {
     KeepOut,
     SurfacingSeparation,
     VesselSeparation,
+    NoGo,
 }
 
 impl Limit {
@@ -93,6 +94,7 @@ impl Limit {
             Self::KeepOut => SoftLimit::KeepOut,
             Self::SurfacingSeparation => SoftLimit::SurfacingSeparation,
             Self::VesselSeparation => SoftLimit::VesselSeparation,
+            Self::NoGo => SoftLimit::NoGo,
         }
     }
 }
@@ -168,6 +170,12 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
         Limit::KeepOut => most(constraints.keep_outs().map(too_near)),
         Limit::SurfacingSeparation => most(constraints.separations().map(too_near)),
         Limit::VesselSeparation => most(constraints.vessels().map(too_near)),
+        Limit::NoGo => {
+            let land = horizon
+                .land_near()
+                .and_then(|land| land.inside(&horizon.frame.ned_position(&place.position)));
+            land.map_or((0.0, None), |(area, depth)| (depth, Some(Subject::NoGo(area))))
+        }
     }
 }
 

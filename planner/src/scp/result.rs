@@ -33,7 +33,7 @@ pub(crate) struct CandidateTrajectory {
     pub(crate) predicted: Predicted,
     pub(crate) terms: CostTerms,
     /// Limits of position that the craft violates on it.
-    pub(crate) violations: Violations<5>,
+    pub(crate) violations: Violations<6>,
 }
 
 impl CandidateTrajectory {

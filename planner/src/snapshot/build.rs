@@ -1,9 +1,10 @@
 //! A checked request with its estimates.
 
-use std::ops::Deref;
+use std::{ops::Deref, sync::Arc};
 
 use nalgebra::Vector2;
 
+use crate::coast::land::Land;
 use crate::craft::closed_loop::{Craft, SpeedReference};
 use crate::craft::estimate::CraftEstimate;
 use crate::craft::learn_by_ekf::CraftObservation;
@@ -48,6 +49,7 @@ pub struct Snapshot {
     craft_estimate: CraftEstimate,
     craft: CraftModel,
     tuned: Box<Tuned>,
+    land: Arc<Land>,
     cut_short: bool,
 }
 
@@ -81,6 +83,7 @@ impl Snapshot {
         request.place_ranges();
         let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
         request.area = clockwise(&corners).into_iter().map(Into::into).collect();
+        let land = Arc::new(Land::new(&request.no_go));
         let (limits, craft) = (request.limits(), request.craft());
         let craft_prior = Prior::new(&craft, &tuned.craft);
         (request.limits, request.craft) = (Some(limits.into()), Some(craft));
@@ -113,6 +116,7 @@ impl Snapshot {
             craft_estimate,
             craft,
             tuned: Box::new(*tuned),
+            land,
             cut_short: due(),
         })
     }
@@ -133,6 +137,20 @@ impl Snapshot {
     /// `true` if time did not suffice for all estimates.
     pub fn cut_short(&self) -> bool {
         self.cut_short
+    }
+
+    /// Its no-go areas.
+    pub(crate) fn land(&self) -> &Land {
+        &self.land
+    }
+
+    pub(crate) fn shared_land(&self) -> Arc<Land> {
+        Arc::clone(&self.land)
+    }
+
+    /// The no-go area in which a position (north, east), m, is, by index.
+    pub fn no_go_at(&self, position: &Vector2<f64>) -> Option<usize> {
+        self.land.inside(position).map(|(area, _)| area)
     }
 
     /// The tuned numbers of its estimates and forecasts.

@@ -11,6 +11,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::Vector2;
 
+use crate::coast::shape::shape_faults;
 use crate::facts::asc::{Asc, DeclaredLimits, Limits};
 use crate::facts::auv::{Auv, Dive, VehicleId};
 use crate::facts::bounds::{bounds_faults, separation_fault};
@@ -19,6 +20,7 @@ use crate::facts::field_error::{FieldError, pointer_token};
 use crate::facts::goal::{Goal, Offset, Task};
 use crate::facts::known_path::{DeclaredPath, KnownPath};
 use crate::facts::localise::Localise;
+use crate::facts::no_go::{NoGo, no_go_lengths, no_go_numbers};
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
 use crate::facts::ranges::{
     ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE, ID_LENGTH_MAX,
@@ -97,6 +99,17 @@ impl Current {
     }
 }
 
+/// The faults of `no_go`, by field; shapes are looked at once the numbers are in their ranges.
+pub fn no_go_faults(no_go: &[NoGo]) -> Vec<FieldError> {
+    let mut faults = no_go_lengths(no_go);
+    for check in [no_go_numbers, shape_faults] {
+        if faults.is_empty() {
+            faults = check(no_go);
+        }
+    }
+    faults
+}
+
 #[derive(Default)]
 pub(crate) struct Check {
     pub(crate) invalid: Vec<FieldError>,
@@ -134,6 +147,7 @@ impl Check {
         self.goal_length(&request.goal.goal);
         self.length(format_args!("/keep_outs"), request.keep_outs.len(), &(0..=KEEP_OUTS_MAX));
         self.length(format_args!("/traffic"), request.traffic.len(), &(0..=VESSELS_MAX));
+        self.invalid.extend(no_go_lengths(&request.no_go));
         if !request.area.is_empty() {
             self.length(format_args!("/area"), request.area.len(), &AREA_CORNERS);
         }
@@ -189,6 +203,7 @@ impl Check {
         let area: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
         let bounds = bounds_faults(&request.keep_outs, &area, request.range_max());
         self.invalid.extend(bounds);
+        self.invalid.extend(no_go_faults(&request.no_go));
         self.invalid.extend(separation_fault(request.surfacing_separation_m));
         self.traffic(&request.traffic, request.vessel_separation_m);
         if let Some(tuning) = &request.tuning {

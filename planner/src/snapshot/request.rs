@@ -14,6 +14,7 @@ use crate::facts::asc::{Asc, DeclaredLimits, Limits};
 use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::bounds::KeepOut;
 use crate::facts::goal::Task;
+use crate::facts::no_go::NoGo;
 use crate::facts::options::{Fallback, Forecast, Hold};
 use crate::facts::origin::Origin;
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget, RememberedTarget};
@@ -66,6 +67,9 @@ pub struct PlanRequest {
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
+    /// Polygons to keep out of, such as land, at most 256 with 10 000 corners in all. Default: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub no_go: Vec<NoGo>,
     /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either
     /// direction, each once. A corner up to 0.2 m within the sides (rounded degrees) is omitted.
     /// Default: no limit.
@@ -134,6 +138,7 @@ impl PlanRequest {
             limits: None,
             craft: None,
             keep_outs: Vec::new(),
+            no_go: Vec::new(),
             area: Vec::new(),
             acoustics: None,
             surfacing_separation_m: None,

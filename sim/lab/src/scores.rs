@@ -43,7 +43,7 @@ impl Scores {
 pub(crate) const IN_RANGE: &str = "time_in_range_s.";
 
 /// The lines: name, heading in a comparison's table, and decimals.
-pub(crate) const LINES: [(&str, &str, usize); 32] = [
+pub(crate) const LINES: [(&str, &str, usize); 33] = [
     ("visits.mean_cost", "mean cost of the AUVs", 2),
     ("visits.max_cost", "largest cost of an AUV", 1),
     ("visits.visits", "visits", 0),
@@ -73,6 +73,7 @@ pub(crate) const LINES: [(&str, &str, usize); 32] = [
     ("violations.turn_rate_radps", "above the turn rate, rad/s", 3),
     ("violations.speed_mps", "above the speed, m/s", 3),
     ("violations.keep_out_m", "inside keep-outs, m", 3),
+    ("violations.no_go_m", "inside no-go areas, m", 3),
     ("violations.area_m", "outside the area, m", 3),
     ("violations.range_m", "out of acoustic range, m", 3),
     ("violations.energy_j", "beyond the energy budget, J", 3),

@@ -97,6 +97,7 @@ fn bounds_are_judged_by_the_true_position() {
         range_max: Some(6.0),
         energy_max: Some(1.5),
         vessel_separation: None,
+        no_go: Vec::new(),
     };
     let broken = surface_craft_metrics(&record).violations;
     for (violation, worst) in [

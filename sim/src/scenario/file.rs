@@ -2,7 +2,7 @@
 //! member states its default.
 
 use planner::path::Side;
-use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX, VESSELS_MAX};
+use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX, NO_GO_MAX, VESSELS_MAX};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, de::Error as _};
 
@@ -121,6 +121,10 @@ pub struct BoundsFile {
     #[serde(default)]
     #[schemars(length(max = KEEP_OUTS_MAX))]
     pub keep_outs: Vec<KeepOutFile>,
+    /// Polygons to stay out of, such as land; none if left out.
+    #[serde(default)]
+    #[schemars(length(max = NO_GO_MAX))]
+    pub no_go: Vec<NoGoFile>,
     /// Corners of a convex area to stay in; none if left out.
     #[serde(default)]
     #[schemars(length(max = *AREA_CORNERS.end()))]
@@ -143,6 +147,17 @@ pub struct KeepOutFile {
     pub east_m: Quantity<Coordinate>,
     /// Radius, m.
     pub radius_m: Quantity<KeepOutRadius>,
+}
+
+/// A polygon to stay out of.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct NoGoFile {
+    /// Corners of its border, in order, convex or not.
+    pub polygon: Vec<Point>,
+    /// Borders of the parts in which the craft may be.
+    #[serde(default)]
+    pub holes: Vec<Vec<Point>>,
 }
 
 /// A fault that lasts for a while.

@@ -176,7 +176,8 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
         return none([FieldError::new("/origin", "missing", detail)]);
     }
     none((*patch == Setting::default()).then(|| {
-        let detail = "give at least one of goal, limits, craft, tuning, keep_outs, area, paths and origin";
+        let detail =
+            "give at least one of goal, limits, craft, tuning, keep_outs, no_go, area, paths and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))

@@ -83,8 +83,8 @@ impl MissionState {
         let no_vessel = self.traffic.is_empty();
         let nothing_heard = self.asc.is_none() && no_vessel && self.reports.values().all(Vec::is_empty);
         let no_path = config.auvs.iter().all(|auv| auv.path.is_none());
-        let nothing_told = config.keep_outs.is_empty() && config.area.is_empty() && no_path;
-        config.origin.is_none() && nothing_heard && nothing_told
+        let no_bounds = config.keep_outs.is_empty() && config.no_go.is_empty() && config.area.is_empty();
+        config.origin.is_none() && nothing_heard && no_bounds && no_path
     }
 
     /// The mission's configuration, as changed so far.
@@ -390,6 +390,7 @@ fn request(
         limits: config.limits,
         craft: config.craft.clone(),
         keep_outs: config.keep_outs.clone(),
+        no_go: config.no_go.clone(),
         area: config.area.clone(),
         acoustics: config.acoustics,
         surfacing_separation_m: config.surfacing_separation_m,

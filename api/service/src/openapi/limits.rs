@@ -7,8 +7,8 @@ use planner::los::LawGains;
 use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
 use planner::snapshot::{
     AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-    KEEP_OUTS_MAX, Limits, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX,
-    VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
+    KEEP_OUTS_MAX, Limits, NO_GO_CORNERS_MAX, NO_GO_MAX, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT,
+    TIME, TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -79,6 +79,7 @@ fn members() -> Vec<(&'static str, Value)> {
     let note = json!({ "maxLength": check::NOTE_BYTES_MAX });
     let list = |least: usize, most: usize| json!({ "minItems": least, "maxItems": most });
     let at_most = |most: usize| json!({ "maxItems": most });
+    let ring = list(3, NO_GO_CORNERS_MAX);
     let corners = list(*AREA_CORNERS.start(), *AREA_CORNERS.end());
     let object = |least: usize, most: usize| json!({ "minProperties": least, "maxProperties": most });
     vec![
@@ -112,12 +113,20 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Live.forecast", default(Forecast::default())),
         ("Live.hold", default(Hold::default())),
         ("Live.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("Live.no_go", list(0, NO_GO_MAX)),
         ("Live.period_s", between(check::PERIOD)),
         ("Live.period_s", default(1.0)),
         ("LiveAuv.id", name.clone()),
         ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
         ("NewMission.schema_version", version.clone()),
         ("NewMission.title", json!({ "maxLength": check::TITLE_BYTES_MAX })),
+        ("NoGo.holes/items", ring.clone()),
+        ("NoGo.name", json!({ "maxLength": ID_LENGTH_MAX })),
+        ("NoGo.holes/items/items", list(2, 2)),
+        ("NoGo.holes/items/items/items", between(COORDINATE)),
+        ("NoGo.polygon", ring),
+        ("NoGo.polygon/items", list(2, 2)),
+        ("NoGo.polygon/items/items", between(COORDINATE)),
         ("Note.text", note.clone()),
         ("Path.closed", default(false)),
         ("Path.segments", list(1, SEGMENTS_MAX)),
@@ -130,6 +139,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("PlanRequest.forecast", default(Forecast::default())),
         ("PlanRequest.hold", default(Hold::default())),
         ("PlanRequest.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("PlanRequest.no_go", list(0, NO_GO_MAX)),
         ("PlanRequest.schema_version", version),
         ("PlanRequest.traffic", list(0, VESSELS_MAX)),
         ("Power.cubic_w_per_mps3", default(0.0)),
@@ -162,6 +172,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Setting", object(1, Setting::MEMBERS)),
         ("Setting.area", corners),
         ("Setting.keep_outs", list(0, KEEP_OUTS_MAX)),
+        ("Setting.no_go", list(0, NO_GO_MAX)),
         ("Setting.paths", json!({ "maxProperties": AUVS_MAX })),
         ("Steering.why", note),
         ("Step.ticks", between(check::TICKS)),

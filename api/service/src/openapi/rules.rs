@@ -158,7 +158,9 @@ pub(super) fn write(document: &mut Value) {
 }
 
 /// Points, which may be positions on Earth.
-const POINTS: [&str; 8] = [
+const POINTS: [&str; 10] = [
+    "NoGo.holes/items/items",
+    "NoGo.polygon/items",
     "Report.from",
     "PlanRequest.area/items",
     "Setting.area/items",

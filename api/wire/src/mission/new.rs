@@ -3,7 +3,8 @@
 use planner::craft::CraftDescription;
 use planner::los::{LawGains, LosLaw};
 use planner::snapshot::{
-    Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, Origin, Task, Tuning,
+    Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, NoGo, Origin, Task,
+    Tuning,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -125,6 +126,9 @@ pub struct Live {
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
+    /// Polygons to keep out of, as in a snapshot.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub no_go: Vec<NoGo>,
     /// Corners of the area to stay in, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub area: Vec<[f64; 2]>,
@@ -168,9 +172,8 @@ impl Live {
         for disc in &mut self.keep_outs {
             change.position(&mut disc.north_m, &mut disc.east_m);
         }
-        for corner in &mut self.area {
-            change.point(corner);
-        }
+        self.area.iter_mut().for_each(|corner| change.point(corner));
+        self.no_go.iter_mut().flat_map(NoGo::corners_mut).for_each(|corner| change.point(corner));
         let paths = self.auvs.iter_mut().filter_map(|auv| auv.path.as_mut());
         let segments = paths.flat_map(|path| &mut path.segments);
         segments.flat_map(Segment::points_mut).for_each(|point| change.point(point));

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use planner::los::LawGains;
-use planner::snapshot::{KeepOut, Origin, Task};
+use planner::snapshot::{KeepOut, NoGo, Origin, Task};
 use serde::{Deserialize, Serialize};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
@@ -42,6 +42,9 @@ pub struct Scene {
     pub auvs: Vec<String>,
     /// Discs to keep out of.
     pub keep_outs: Vec<KeepOut>,
+    /// Polygons to keep out of.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub no_go: Vec<NoGo>,
     /// Corners (north, east) of the area to stay in, m.
     pub area: Vec<[f64; 2]>,
     /// Slant range to keep within, m.

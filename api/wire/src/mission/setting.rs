@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, mem};
 
 use planner::craft::CraftDescription;
-use planner::snapshot::{DeclaredLimits, DeclaredPath, KeepOut, Origin, Task, Tuning};
+use planner::snapshot::{DeclaredLimits, DeclaredPath, KeepOut, NoGo, Origin, Task, Tuning};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
@@ -39,6 +39,11 @@ pub struct Setting {
     #[serde(serialize_with = "null_if_empty")]
     #[schema(value_type = Option<Vec<KeepOut>>)]
     pub keep_outs: Option<Vec<KeepOut>>,
+    /// Polygons to keep out of.
+    #[serde(default, deserialize_with = "removable")]
+    #[serde(serialize_with = "null_if_empty")]
+    #[schema(value_type = Option<Vec<NoGo>>)]
+    pub no_go: Option<Vec<NoGo>>,
     /// Corners of the area to stay in.
     #[serde(default, deserialize_with = "removable")]
     #[serde(serialize_with = "null_if_empty")]
@@ -85,7 +90,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// Largest number of members.
-    pub const MEMBERS: usize = 8;
+    pub const MEMBERS: usize = 9;
 
     /// Exchanges the given members with those of `config`.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -99,6 +104,7 @@ impl Setting {
         exchange(self.craft.as_mut(), &mut config.craft);
         exchange(self.tuning.as_mut(), &mut config.tuning);
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
+        exchange(self.no_go.as_mut(), &mut config.no_go);
         exchange(self.area.as_mut(), &mut config.area);
         exchange(self.origin.as_mut(), &mut config.origin);
         for auv in &mut config.auvs {
@@ -116,6 +122,7 @@ impl From<&Live> for Setting {
             craft: Some(config.craft.clone()),
             tuning: Some(config.tuning.clone()),
             keep_outs: Some(config.keep_outs.clone()),
+            no_go: Some(config.no_go.clone()),
             area: Some(config.area.clone()),
             ..Self::default()
         }

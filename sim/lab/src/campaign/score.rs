@@ -89,7 +89,7 @@ fn count(n: usize) -> Option<f64> {
 }
 
 /// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
-pub(super) const SCORES: [Number; 37] = [
+pub(super) const SCORES: [Number; 39] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
     ("p95_m", |_, m, _| Some(m.p95_m)),
@@ -110,6 +110,8 @@ pub(super) const SCORES: [Number; 37] = [
     ("turn_rate_violations", |_, _, v| count(v.turn_rate_radps.count)),
     ("keep_out_violations", |_, _, v| count(v.keep_out_m.count)),
     ("keep_out_violation_worst_m", |_, _, v| Some(v.keep_out_m.worst)),
+    ("no_go_violations", |_, _, v| count(v.no_go_m.count)),
+    ("no_go_violation_worst_m", |_, _, v| Some(v.no_go_m.worst)),
     ("area_violations", |_, _, v| count(v.area_m.count)),
     ("range_violations", |_, _, v| count(v.range_m.count)),
     ("range_violation_s", |_, _, v| Some(v.range_m.duration_s)),

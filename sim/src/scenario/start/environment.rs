@@ -3,7 +3,7 @@
 use std::{f64::consts::TAU, ops::RangeInclusive};
 
 use nalgebra::Vector2;
-use planner::snapshot::{KeepOut, bounds_faults, clockwise};
+use planner::snapshot::{KeepOut, NoGo, bounds_faults, clockwise, no_go_faults};
 
 use super::draw::{Draw, Stream, check_count, stream};
 use super::invalid::{InvalidScenario, invalid, of_snapshot};
@@ -184,15 +184,23 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         KeepOut::new(centre, draw.take(&disc.radius_m))
     });
     let keep_outs = keep_outs.collect();
+    let mut corners = |ring: &Vec<_>| draw.points(ring).into_iter().map(Into::into).collect();
+    let no_go = file.no_go.iter().map(|area| NoGo {
+        holes: area.holes.iter().map(&mut corners).collect(),
+        ..NoGo::new(corners(&area.polygon))
+    });
+    let no_go: Vec<_> = no_go.collect();
     let mut bounds = Bounds {
         keep_outs,
+        no_go,
         area: draw.points(&file.area),
         range_max: file.range_max_m.as_ref().map(|range| draw.take(range)),
         energy_max: file.energy_max_j.as_ref().map(|energy| draw.take(energy)),
         vessel_separation: None,
     };
     // Snapshots contain them and have the same rules.
-    match bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max).first() {
+    let faults = bounds_faults(&bounds.keep_outs, &bounds.area, bounds.range_max);
+    match faults.into_iter().chain(no_go_faults(&bounds.no_go)).next() {
         None => {
             bounds.area = clockwise(&bounds.area);
             Ok(bounds)
@@ -200,7 +208,7 @@ pub(super) fn bounds(file: &BoundsFile, draw: &mut Draw) -> Result<Bounds, Inval
         Some(fault) => {
             // A scenario has the range beside the other bounds.
             let pointer = fault.pointer.replace("/acoustics", "");
-            Err(of_snapshot("bounds", &pointer, fault))
+            Err(of_snapshot("bounds", &pointer, &fault))
         }
     }
 }

@@ -157,6 +157,7 @@ impl Live {
             config.count_from(origin);
             // Their metres change: the event and the setting show clients the new ones.
             setting.keep_outs.get_or_insert(config.keep_outs.clone());
+            setting.no_go.get_or_insert(config.no_go.clone());
             setting.area.get_or_insert(config.area.clone());
         }
         let mut replaced = setting.clone();
