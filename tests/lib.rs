@@ -11,6 +11,8 @@ pub mod server;
 pub mod store;
 pub mod voyage;
 
+pub use random::goals;
+
 use std::time::Duration;
 
 use nalgebra::Vector2;
@@ -64,17 +66,6 @@ pub fn observation(goal: Goal) -> PlanRequest {
             goal,
         )
     }
-}
-
-/// The goals that the planner knows, each with the AUVs of [`observation`].
-pub fn goals() -> [Goal; 5] {
-    [
-        Goal::Track { auv: VehicleId("auv-1".into()) },
-        Goal::Intermittent { auvs: both(), dwell_s: 240.0, epoch_s: 0.0 },
-        Goal::Midpoint { auvs: both() },
-        Goal::Weighted { weights: both().into_iter().zip([0.7, 0.3]).collect() },
-        Goal::Range { auvs: both(), range_m: 60.0 },
-    ]
 }
 
 /// The offsets that do not need a path, to starboard and a little astern.

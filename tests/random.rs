@@ -20,6 +20,19 @@ use planner::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::both;
+
+/// The goals that the planner knows, each with the AUVs of [`observation`](crate::observation).
+pub fn goals() -> [Goal; 5] {
+    [
+        Goal::Track { auv: VehicleId("auv-1".into()) },
+        Goal::Intermittent { auvs: both(), dwell_s: 240.0, epoch_s: 0.0 },
+        Goal::Midpoint { auvs: both() },
+        Goal::Weighted { weights: both().into_iter().zip([0.7, 0.3]).collect() },
+        Goal::Range { auvs: both(), range_m: 60.0 },
+    ]
+}
+
 /// A snapshot's facts, different for every seed. Half are usual. In the others, numbers may be at
 /// the edge of their range, vehicles coincide or rest, and an earlier plan be another's.
 pub fn observation(seed: u64) -> PlanRequest {

@@ -21,9 +21,9 @@ pub fn put(body: &mut Value, place: &str, value: Option<Value>) {
     }
 }
 
-/// Asserts the answers of `send` to `base` with one change each. Each row is a place (`.`: the body),
-/// the value put there (`absent`: none), and the code of the refusal; then in any order: another
-/// pointer, limits, a part of the answer behind `~`, detail. Two spaces separate cells.
+/// Asserts the answers of `send` to `base` with one change each. Each row is a place (`.`: the
+/// body), the value put there (`absent`: none), and the code of the refusal; then in any order:
+/// another pointer, limits, a part of the answer behind `~`, detail. Two spaces separate cells.
 pub async fn assert_refused(base: &Value, table: &str, send: impl AsyncFn(Value) -> Answer) {
     let rows = table.lines().map(str::trim);
     for row in rows.filter(|row| !row.is_empty() && !row.starts_with('#')) {

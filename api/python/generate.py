@@ -234,7 +234,10 @@ def comment(schema):
     """The description, as lines of comment: that of something it may be, where it has none of its own."""
     parts = [part for part in schema.get("oneOf", []) + schema.get("anyOf", []) if literals(part) is None]
     texts = [part["description"] for part in parts if "description" in part]
-    return wrapped(schema.get("description") or "".join(texts[:1]))
+    least, most = (schema.get(name) for name in ("minimum", "maximum"))
+    # Others are of whole numbers, or about zero, for example of places: no more than sane.
+    is_told = None not in (least, most) and least != -most and most < 1e9
+    return wrapped((schema.get("description") or "".join(texts[:1])) + (f" From {least:g} to {most:g}." if is_told else ""))
 
 
 def wrapped(text):

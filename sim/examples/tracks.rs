@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! cargo run --release -p pilotfish-sim --example tracks -- --seeds 200-219 --tuned-on 100-109
-//! cargo run --release -p pilotfish-sim --example tracks -- --patterns lanes,boxes --errors none --declared plan
+//! cargo run --release -p pilotfish-sim --example tracks -- --patterns lanes --errors none
 //! ```
 //! Rows of a table in Markdown; the last column has how often the truth was within the 50, 80 and
 //! 95 % ellipse of a forecast of 20, 40 and 60 s, and its squared distance in standard deviations
@@ -336,7 +336,7 @@ fn p95(distances: &[f64]) -> f64 {
     settled[settled.len() * 95 / 100]
 }
 
-/// Of all missions of a row: shares of time, and of forecasts within the truth's reach.
+/// Shares of time over all missions of a row, and of forecasts within the truth's reach.
 fn beliefs(missions: &[Flown]) -> String {
     let settled = |flown: &Flown| SETTLED..flown.beliefs.len() - HORIZONS[2];
     let miss = |flown: &Flown, second: usize, k: usize| {

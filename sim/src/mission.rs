@@ -124,7 +124,7 @@ impl Mission {
         Ok(Some(observer.observe(world, craft, PLAN_INTERVAL)?))
     }
 
-    /// `true` if the craft measures nothing but ranges to the AUVs, whose estimates are then judged.
+    /// `true` if the craft measures ranges to the AUVs alone; their estimates are then judged.
     fn is_ranged(&self) -> bool {
         let observer = self.start.observer.as_ref();
         observer.is_some_and(|observer| matches!(observer.briefing.messages, Messages::Ranges { .. }))

@@ -371,8 +371,8 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     }
 }
 
-/// The path that an AUV declares at a horizontal `speed`, m/s. A plan of way-points does not contain
-/// its vehicle's turning radius.
+/// The path that an AUV declares at a horizontal `speed`, m/s. A plan of way-points does not
+/// contain its vehicle's turning radius.
 fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
     let mut path = DeclaredPath::new(&auv.declared, speed);
     for segment in &mut path.segments {

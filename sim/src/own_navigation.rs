@@ -160,8 +160,8 @@ mod tests {
     use super::*;
     use crate::scenario::Scenario;
 
-    /// Navigation of one AUV over twenty minutes with a craft at `place` about it at a time, s: root
-    /// mean square error once settled, m, and mean squared error over its stated covariance.
+    /// Navigation of one AUV over twenty minutes with a craft at `place` about it at a time, s:
+    /// root mean square error once settled, m, and mean squared error over its stated covariance.
     fn navigated(faults: RangingFaults, place: impl Fn(f64) -> Vector2<f64>) -> (f64, f64) {
         let scenario = Scenario::named("localise-straight").expect("exists");
         let (mut squares, mut nees, mut n) = (0.0, 0.0, 0.0);

@@ -217,7 +217,7 @@ pub struct Service {
     pub late: bool,
 }
 
-/// The navigation of an AUV at one instant, or the craft's estimate of it where ranges are reported.
+/// The navigation of an AUV at one instant, or the craft's estimate where ranges are reported.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NavigationRow {
     /// True error of its position estimate, m.

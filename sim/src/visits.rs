@@ -70,7 +70,7 @@ impl Costs {
     ///
     /// ```text
     /// variance: P⁻ = P + q Δt,  1/P = 1/P⁻ + Δt/(R T) if served: a Kalman filter, one fix a step
-    /// ranges:   P⁻ = P + q Δt I,  P⁻¹ + h hᵀ Δt/(σ² T) with h = d/r, of which half the trace counts
+    /// ranges:   P⁻ = P + q Δt I,  P⁻¹ + h hᵀ Δt/(σ² T) with h = d/r: half the trace counts
     /// backlog:  b + (g − u max(0, 1 − r/r_max)) Δt, at least 0
     /// ```
     pub fn advance(&mut self, place: usize, elapsed: f64, served: Option<ServedAt>) {
@@ -104,8 +104,8 @@ impl Costs {
     }
 }
 
-/// R T at a slant range, m: variance of a fix times their interval, m² s; of ranges, twice that along
-/// either axis, on an arc.
+/// R T at a slant range, m: variance of a fix times their interval, m² s; of ranges, twice that
+/// along either axis, on an arc.
 fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
     match *cost {
         VisitCost::Uncertainty { fixes: Fixes::Range, sigma_m, interval_s, .. } => {

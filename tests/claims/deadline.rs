@@ -252,22 +252,8 @@ fn estimates_without_time_use_the_newest_reports_and_keep_the_track() {
     assert_eq!(plan.baseline.degraded, Some(Degraded::Deadline));
 }
 
-/// The planners of [`works_until_stopped`] that have begun, and those that have ended.
+/// The planners that work until they are stopped: those that have begun, and that have ended.
 static WORK: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
-
-fn works_until_stopped(
-    snapshot: &Snapshot,
-    parameters: &Parameters,
-    workspace: &mut Workspace,
-    stop: &Stop,
-) -> Plan {
-    WORK[0].fetch_add(1, Ordering::Relaxed);
-    while !stop.is_due() {
-        std::thread::yield_now();
-    }
-    WORK[1].fetch_add(1, Ordering::Relaxed);
-    plan_until(snapshot, parameters, workspace, stop)
-}
 
 /// Calls, and cancels once the planner has begun and `meanwhile` is done.
 async fn given_up(service: &axum::Router, path: &str, body: &Value, meanwhile: impl AsyncFnOnce()) {
@@ -288,11 +274,14 @@ async fn given_up(service: &axum::Router, path: &str, body: &Value, meanwhile: i
 /// With the threads of the machine, and a deadline beyond the test.
 #[tokio::test]
 async fn work_for_a_disconnected_client_ends_and_all_work_is_admitted() {
-    let settings = Settings {
-        plan: works_until_stopped,
-        planners: 1,
-        deadline: Duration::from_hours(1),
-        ..Settings::default()
+    let mut settings = Settings { planners: 1, deadline: Duration::from_hours(1), ..Settings::default() };
+    settings.plan = |snapshot, parameters, workspace, stop| {
+        WORK[0].fetch_add(1, Ordering::Relaxed);
+        while !stop.is_due() {
+            std::thread::yield_now();
+        }
+        WORK[1].fetch_add(1, Ordering::Relaxed);
+        plan_until(snapshot, parameters, workspace, stop)
     };
     let service = app(settings.clone());
     let batch = json!({ "requests": [example("track"), example("track")] });

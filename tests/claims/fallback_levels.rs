@@ -49,6 +49,15 @@ fn plan_by(
     plan_with(snapshot, parameters, &mut Programs::default(), &mut solve)
 }
 
+/// Lets the previous plan have asked for the craft's own motion, by a command with this heading.
+fn asked_for_its_motion(request: &mut PlanRequest, command: Heading, memory: Vec<f64>) {
+    let (speed, asked) = (request.asc.speed_mps, request.asc.heading());
+    let previous = request.previous_plan.as_mut().expect("it has one");
+    previous.reference = Some(Reference { speed, heading: command }.into());
+    let asked_heading_rad = asked.radians();
+    previous.craft_estimate = Some(PreviousCraft { asked_speed_mps: speed, asked_heading_rad, memory });
+}
+
 fn how(answer: &Plan) -> (Method, Option<Degraded>) {
     (answer.method, answer.degraded)
 }
@@ -245,14 +254,8 @@ fn the_heading_offset_of_a_craft_is_taken_from_its_command() {
     let mut stale = followed(1.0);
     let mut craft = plan_with_status(&snapshot(stale.clone()), SolverStatus::Solved).craft;
     craft.heading.z = 0.1;
-    let (speed, heading) = (stale.asc.speed_mps, stale.asc.heading());
-    let previous = stale.previous_plan.as_mut().expect("it has one");
-    previous.reference = Some(Reference { speed, heading }.into());
-    previous.craft_estimate = Some(PreviousCraft {
-        asked_speed_mps: speed,
-        asked_heading_rad: heading.radians(),
-        memory: craft.memory().to_vec(),
-    });
+    let heading = stale.asc.heading();
+    asked_for_its_motion(&mut stale, heading, craft.memory().to_vec());
     state(&mut stale, 0).age_s = 901.0;
     stale.hold = Hold::Stop;
     let snapshot = snapshot(stale);
@@ -311,14 +314,8 @@ fn the_law_steers_while_it_is_on_trial_and_does_not_for_a_stale_report() {
     let mut craft = plan_with_status(&snapshot(on_trial.clone()), SolverStatus::Solved).craft;
     (craft.monitor.alarm, craft.monitor.statistic) = (true, 100.0);
     craft.realised.law_steers = true;
-    let (speed, heading) = (on_trial.asc.speed_mps, on_trial.asc.heading());
-    let previous = on_trial.previous_plan.as_mut().expect("it has one");
-    previous.reference = Some(Reference { speed, heading }.into());
-    previous.craft_estimate = Some(PreviousCraft {
-        asked_speed_mps: speed,
-        asked_heading_rad: heading.radians(),
-        memory: craft.memory().to_vec(),
-    });
+    let heading = on_trial.asc.heading();
+    asked_for_its_motion(&mut on_trial, heading, craft.memory().to_vec());
     let answer = plan_with_status(&snapshot(on_trial.clone()), SolverStatus::Solved);
     assert_eq!(how(&answer), (Method::SaturatedLos, None));
     state(&mut on_trial, 0).age_s = 901.0;
@@ -341,12 +338,8 @@ fn a_goal_at_rest_keeps_its_last_course() {
 #[test]
 fn a_command_that_is_held_back_is_the_same_through_the_water() {
     let mut observation = followed(1.0);
-    let (speed, heading) = (observation.asc.speed_mps, observation.asc.heading());
-    let far = Heading::new(heading.radians() + 1.0);
-    let previous = observation.previous_plan.as_mut().expect("it has one");
-    previous.reference = Some(Reference { speed, heading: far }.into());
-    previous.craft_estimate =
-        Some(PreviousCraft { asked_speed_mps: speed, asked_heading_rad: heading.radians(), memory: vec![] });
+    let heading = observation.asc.heading();
+    asked_for_its_motion(&mut observation, Heading::new(heading.radians() + 1.0), vec![]);
     let answer = plan_with_status(&snapshot(observation), SolverStatus::Solved);
     let (command, asked) = (answer.reference.heading, answer.reference_through_water.heading);
     assert!(0.5 < wrap(command.radians() - heading.radians()));

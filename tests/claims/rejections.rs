@@ -664,17 +664,12 @@ async fn a_deadline_too_short_for_an_iteration_is_refused_without_a_fallback() {
 
 #[tokio::test(start_paused = true)]
 async fn a_panic_is_a_problem_document_and_the_next_request_is_served() {
-    fn panics_ahead_of_north(
-        snapshot: &Snapshot,
-        parameters: &Parameters,
-        workspace: &mut Workspace,
-        stop: &Stop,
-    ) -> Plan {
+    let mut settings = Settings { planners: 1, waiting: 0, ..simulated_machine() };
+    settings.plan = |snapshot, parameters, workspace, stop| {
         assert!(snapshot.asc.position().x < 1e3, "on purpose");
         plan_until(snapshot, parameters, workspace, stop)
-    }
-    let service =
-        app(Settings { plan: panics_ahead_of_north, planners: 1, waiting: 0, ..simulated_machine() });
+    };
+    let service = app(settings);
     let mut far = example("track");
     far["asc"]["north_m"] = json!(2e3);
     let answer = send_to(service.clone(), post("/v1/plan", far.to_string())).await;
@@ -712,16 +707,11 @@ async fn the_client_chooses_a_fallback_or_a_refusal_without_a_solution() {
 #[tokio::test(start_paused = true)]
 async fn readiness_is_tested_again_after_a_second() {
     static GIVES_UP: AtomicBool = AtomicBool::new(false);
-    fn gives_up_later(
-        snapshot: &Snapshot,
-        parameters: &Parameters,
-        workspace: &mut Workspace,
-        stop: &Stop,
-    ) -> Plan {
+    let mut settings = simulated_machine();
+    settings.plan = |snapshot, parameters, workspace, stop| {
         let plan = if GIVES_UP.load(Ordering::Relaxed) { gives_up } else { plan_until };
         plan(snapshot, parameters, workspace, stop)
-    }
-    let settings = Settings { plan: gives_up_later, ..simulated_machine() };
+    };
     let clock = settings.clock.clone();
     let service = app(settings);
     let ready = async || send_to(service.clone(), get("/readyz")).await.status;

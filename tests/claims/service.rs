@@ -526,37 +526,10 @@ async fn the_openapi_document_lists_every_refusal_of_a_posted_snapshot() {
     }
 }
 
-/// Least and most of "from 0.5 to 100", "from −5 to 20", "from 0 (at once) to 60" and such, if any.
-fn range_in(description: &str) -> Option<(f64, f64)> {
-    let description = description.replace("10⁶", "1000000");
-    let (least, most) = description.split_once("from ")?.1.split_once(" to ")?;
-    let least = least.split(' ').next()?.replace('−', "-");
-    let most = most.split(&[':', ';'][..]).next()?.trim_end_matches('.');
-    let digits = |c: &char| c.is_ascii_digit() || [' ', ',', '.'].contains(c);
-    let most: String = most.chars().take_while(digits).filter(|c| *c != ' ' && *c != ',').collect();
-    Some((least.parse().ok()?, most.trim_end_matches('.').parse().ok()?))
-}
-
 #[tokio::test(start_paused = true)]
-async fn the_openapi_document_and_descriptions_have_the_checked_ranges() {
+async fn the_openapi_document_has_the_checked_ranges() {
     let document = served("/openapi.json").await;
     let schemas = &document["components"]["schemas"];
-    let mut n_documented = 0;
-    for (shape, schema) in schemas.as_object().expect("an object") {
-        for (member, schema) in schema["properties"].as_object().into_iter().flatten() {
-            let documented = schema["description"].as_str().and_then(range_in);
-            let is_number = |kind: &Value| *kind == "number" || *kind == "integer";
-            let kinds = &schema["type"];
-            if let Some((least, most)) = documented
-                && (is_number(kinds) || kinds.as_array().is_some_and(|kinds| kinds.iter().any(is_number)))
-            {
-                n_documented += 1;
-                let checked = (schema["minimum"].as_f64(), schema["maximum"].as_f64());
-                assert_eq!(checked, (Some(least), Some(most)), "{shape}.{member}: {schema}");
-            }
-        }
-    }
-    assert!(n_documented > 5, "only {n_documented} descriptions state a range");
     for (place, limit) in [
         ("Report/properties/sigma_m/minimum", json!(0.001)),
         ("Report/properties/course_rad/maximum", json!(std::f64::consts::TAU)),

@@ -6,12 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::{Router, body::Body, http::Request};
-use planner::{
-    parameters::Parameters,
-    plan::{Plan, Workspace, plan_until},
-    snapshot::Snapshot,
-    stop::Stop,
-};
+use planner::plan::plan_until;
 use serde_json::{Value, json};
 use service::Settings;
 use tests::client::{call, example, get, post, send_to, simulated_machine, with};
@@ -157,17 +152,12 @@ static FOLLOWS: AtomicBool = AtomicBool::new(true);
 
 #[tokio::test(start_paused = true)]
 async fn missions_are_counted_by_status_and_by_craft_that_do_not_follow() {
-    fn alarming(
-        snapshot: &Snapshot,
-        parameters: &Parameters,
-        workspace: &mut Workspace,
-        stop: &Stop,
-    ) -> Plan {
+    let mut settings = simulated_machine();
+    settings.plan = |snapshot, parameters, workspace, stop| {
         let mut plan = plan_until(snapshot, parameters, workspace, stop);
         plan.craft.monitor.alarm = !FOLLOWS.load(Ordering::Relaxed);
         plan
-    }
-    let settings = Settings { plan: alarming, ..simulated_machine() };
+    };
     let service = Service::start_with(settings).await;
     let router = &service.router;
     let after_a_period = async || {

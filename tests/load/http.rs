@@ -5,11 +5,11 @@ use std::{io, mem, net::SocketAddr, time::Duration};
 use axum::body::{Body, BodyDataStream, Bytes, to_bytes};
 use axum::http::{Request, Response, header};
 use futures_util::StreamExt as _;
-use hyper::client::conn::http1::{Builder, SendRequest};
-use hyper_util::rt::TokioIo;
-use tests::client::with;
-use tokio::net::TcpStream;
-use tokio::time::{Instant, timeout};
+use hyper_util::{
+    client::legacy::{Client, connect::HttpConnector},
+    rt::TokioExecutor,
+};
+use tokio::time::timeout;
 
 /// Longer than the service allows for an answer, except streams and waits for a plan.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -33,40 +33,36 @@ pub(crate) struct Answer {
 #[derive(Debug)]
 pub(crate) struct Connection {
     address: SocketAddr,
-    sender: Option<SendRequest<Body>>,
-    /// Time at which the newest answer ended.
-    used: Instant,
+    client: Client<HttpConnector, Body>,
 }
 
 impl Connection {
     pub(crate) fn new(address: SocketAddr) -> Self {
-        Self { address, sender: None, used: Instant::now() }
+        let mut connector = HttpConnector::new();
+        connector.set_nodelay(true);
+        let mut client = Client::builder(TokioExecutor::new());
+        client.pool_idle_timeout(IDLE_MAX).http1_max_buf_size(BUFFER);
+        Self { address, client: client.build(connector) }
     }
 
     /// The answer to `request`.
     pub(crate) async fn ask(&mut self, request: Request<Body>) -> io::Result<Answer> {
-        if IDLE_MAX < self.used.elapsed() {
-            self.sender = None;
-        }
-        let answer = timeout(PATIENCE, self.exchange(request)).await;
-        self.used = Instant::now();
-        answer.unwrap_or_else(|_| Err(io::ErrorKind::TimedOut.into()))
+        let answer = async {
+            let (head, body) = self.send(request).await?.into_parts();
+            let retry_after = head.headers.get(header::RETRY_AFTER);
+            Ok(Answer {
+                status: head.status.as_u16(),
+                retry_after: retry_after.and_then(|value| Some(value.to_str().ok()?.to_owned())),
+                body: to_bytes(body, usize::MAX).await.map_err(io::Error::other)?.into(),
+            })
+        };
+        timeout(PATIENCE, answer).await?
     }
 
-    async fn exchange(&mut self, request: Request<Body>) -> io::Result<Answer> {
-        let mut sender = match self.sender.take() {
-            Some(sender) => sender,
-            None => open(self.address).await?,
-        };
-        let (head, body) = send(&mut sender, request).await?.into_parts();
-        let retry_after = head.headers.get(header::RETRY_AFTER);
-        let answer = Answer {
-            status: head.status.as_u16(),
-            retry_after: retry_after.and_then(|value| Some(value.to_str().ok()?.to_owned())),
-            body: to_bytes(body, usize::MAX).await.map_err(io::Error::other)?.into(),
-        };
-        self.sender = Some(sender);
-        Ok(answer)
+    async fn send(&self, mut request: Request<Body>) -> io::Result<Response<Body>> {
+        let uri = format!("http://{}{}", self.address, request.uri());
+        *request.uri_mut() = uri.parse().map_err(io::Error::other)?;
+        Ok(self.client.request(request).await.map_err(io::Error::other)?.map(Body::new))
     }
 }
 
@@ -82,8 +78,7 @@ pub(crate) struct Lines {
 impl Lines {
     /// The answer to `request` on its own connection.
     pub(crate) async fn of(address: SocketAddr, request: Request<Body>) -> io::Result<Self> {
-        let begun = timeout(PATIENCE, async { send(&mut open(address).await?, request).await });
-        let begun = begun.await.map_err(|_| io::ErrorKind::TimedOut)??;
+        let begun = timeout(PATIENCE, Connection::new(address).send(request)).await??;
         Ok(Self {
             status: begun.status().as_u16(),
             pieces: begun.into_body().into_data_stream(),
@@ -108,19 +103,4 @@ impl Lines {
         }
         String::from_utf8(line).map(Some).map_err(io::Error::other)
     }
-}
-
-async fn open(address: SocketAddr) -> io::Result<SendRequest<Body>> {
-    let socket = TcpStream::connect(address).await?;
-    socket.set_nodelay(true)?;
-    let begun = Builder::new().max_buf_size(BUFFER).handshake(TokioIo::new(socket));
-    let (sender, connection) = begun.await.map_err(io::Error::other)?;
-    tokio::spawn(connection);
-    Ok(sender)
-}
-
-async fn send(sender: &mut SendRequest<Body>, request: Request<Body>) -> io::Result<Response<Body>> {
-    sender.ready().await.map_err(io::Error::other)?;
-    let answer = sender.send_request(with(request, "host", "localhost"));
-    Ok(answer.await.map_err(io::Error::other)?.map(Body::new))
 }

@@ -400,8 +400,8 @@ fn asc_report(t_s: f64, state: &MeasuredState, steered: bool, counts: &mut Rejec
     AscReport { t_s, state, current, steered }
 }
 
-/// Position of a range's transducer (north, east) from the mission's `origin`, m. The bridge learns the
-/// origin from the first plan; before that, the mission uses the craft's reported position.
+/// Position of a range's transducer (north, east) from the mission's `origin`, m. The bridge learns
+/// the origin from the first plan; before that, the mission uses the craft's reported position.
 fn from(origin: &Origin, fix: &AuvFix) -> Option<[f64; 2]> {
     let datum = Datum::new(&(*origin).into()).ok()?;
     datum.to_local(&fix.position.into()).ok().map(Into::into)

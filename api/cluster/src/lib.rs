@@ -9,8 +9,8 @@
 //! its work to another. Stored work is not repeated. Every machine gives the same rows, except for
 //! measured times, so that duplicates are harmless.
 //!
-//! [`broker`] is the connection and its names; [`mod@submit`], [`worker`] and [`mod@collect`] are the
-//! three programs.
+//! [`broker`] is the connection and its names; [`mod@submit`], [`worker`] and [`mod@collect`] are
+//! the three programs.
 
 pub mod broker;
 pub mod collect;

@@ -43,7 +43,7 @@ law = { name = "saturated_los", gains = { look_ahead_m = 5, along_track_gain_per
 
 /// A broker on its own port.
 struct Server {
-    child: Child,
+    child: Mutex<Child>,
     port: u16,
     data: TempDir,
     flags: Vec<String>,
@@ -61,7 +61,8 @@ impl Server {
 
     fn with(flags: Vec<String>) -> Self {
         let (port, data) = (free_port(), TempDir::new().expect("is a folder"));
-        Self { child: Self::spawn(port, data.path(), &flags), port, data, flags }
+        let child = Mutex::new(Self::spawn(port, data.path(), &flags));
+        Self { child, port, data, flags }
     }
 
     /// Three servers that form one broker.
@@ -85,15 +86,17 @@ impl Server {
         silent.spawn().expect("nats-server starts")
     }
 
-    fn kill(&mut self) {
-        self.child.kill().expect("runs");
-        self.child.wait().expect("was started");
+    fn kill(&self) {
+        let mut child = self.child.lock().expect("no panic holds it");
+        child.kill().expect("runs");
+        child.wait().expect("was started");
     }
 
     /// Kills the broker, and starts it again on the same port and data.
-    fn restart(&mut self) {
+    fn restart(&self) {
         self.kill();
-        self.child = Self::spawn(self.port, self.data.path(), &self.flags);
+        *self.child.lock().expect("no panic holds it") =
+            Self::spawn(self.port, self.data.path(), &self.flags);
     }
 
     /// Access with this login, or none.
@@ -123,8 +126,10 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        if let Ok(child) = self.child.get_mut() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
     }
 }
 
@@ -239,23 +244,15 @@ async fn scenario_files_travel_to_workers_that_do_not_have_them() {
 async fn a_broker_that_is_killed_twice_loses_nothing() {
     let campaign = small(&SMALL.replace("duration_s = 30", "duration_s = 120"));
     let here = flown_here(&campaign);
-    let mut server = Server::start();
+    let server = Server::start();
     let id = sent(&server.broker().await, &campaign).await.id;
-    let server_again = Mutex::new(&mut server);
-    // The workers use the port, whichever process is behind it.
-    let port = Server {
-        child: Command::new("true").spawn().expect("is there"),
-        port: server_again.lock().expect("free").port,
-        data: TempDir::new().expect("is a folder"),
-        flags: vec![],
-    };
-    work(&port, &id, 2, 20, async |step| {
+    work(&server, &id, 2, 20, async |step| {
         if step == 5 || step == 20 {
-            server_again.lock().expect("free").restart();
+            server.restart();
         }
     })
     .await;
-    assert_eq!(collected(&port.broker().await, &id).await, here);
+    assert_eq!(collected(&server.broker().await, &id).await, here);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -329,14 +326,14 @@ async fn a_campaign_has_the_requested_copies_even_if_a_worker_came_first() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_worker_waits_for_its_broker() {
-    let mut server = Server::start();
+    let server = Server::start();
     server.kill();
     let access = server.access("");
     let events = Mutex::new(vec![]);
     let notify = |event: WorkerEvent| events.lock().expect("no panic holds it").push(event);
     let started = async {
         sleep(Duration::from_millis(500)).await;
-        server.child = Server::spawn(server.port, server.data.path(), &[]);
+        server.restart();
     };
     let clock = Clock::machine();
     let connected = Broker::connect_when_ready(&access, "test", &clock, &notify);
@@ -351,7 +348,7 @@ async fn a_worker_waits_for_its_broker() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_silent_broker_is_not_taken_for_one_without_the_campaign() {
-    let mut server = Server::start();
+    let server = Server::start();
     let broker = server.broker().await;
     server.kill();
     let silent = progress(&broker, "small-0123456789ab").await;

@@ -11,6 +11,20 @@ import { moment, number } from "./format.js";
 
 const DEGREES = 180 / Math.PI;
 
+/**
+ * The kinds of goals: the name in the form, the words of an order, own numbers, what one begins with beside its AUVs at a time, and whether it is of one AUV, weighs AUVs, is a mean that an offset is seen from, or has no offset.
+ * @type {{ [kind: string]: { title: string, words: (auvs: string) => string, numbers?: string[], begins?: (t_s: number) => object, isOfOne?: boolean, weighs?: boolean, isMean?: boolean, hasNoOffset?: boolean } }}
+ */
+export const GOALS = {
+  track: { title: "stay above one AUV", words: (auvs) => `stay above ${auvs}`, isOfOne: true, isMean: true },
+  intermittent: { title: "follow each in turn", words: (auvs) => `follow ${auvs} in turn`, numbers: ["dwell_s"], begins: (t_s) => ({ dwell_s: 240, epoch_s: Math.round(t_s) }) },
+  midpoint: { title: "stay above the middle of", words: (auvs) => `stay above the middle of ${auvs}`, isMean: true },
+  weighted: { title: "stay above the weighted mean of", words: (auvs) => `stay above the weighted mean of ${auvs}`, weighs: true, isMean: true },
+  range: { title: "stay in range of each of", words: (auvs) => `stay in range of ${auvs}`, numbers: ["range_m"], begins: () => ({ range_m: 100 }) },
+  visit: { title: "visit, when it pays", words: (auvs) => `visit ${auvs}`, numbers: ["within_m", "dwell_min_s"], weighs: true },
+  localise: { title: "move so that ranges fix", words: (auvs) => `move so that ranges fix ${auvs}`, numbers: ["growth_m2ps", "sigma_m", "interval_s", "stand_off_m"], begins: () => ({ growth_m2ps: 0.03 }), weighs: true, hasNoOffset: true },
+};
+
 /** What members are called, and how many of the shown unit one of theirs is. @type {{ [member: string]: [string, number?] }} */
 export const LABELS = {
   speed_max_mps: ["fastest speed, m/s"], speed_min_mps: ["slowest speed, m/s"], turn_rate_max_radps: ["largest turn rate, °/s", DEGREES],
@@ -141,8 +155,8 @@ function areaWords(area) {
 
 /** @param {any} goal */
 function goalWords(goal) {
-  const { kind, auv, auvs = Object.keys(goal?.weights ?? {}), next } = goal ?? {}, all = auvs.join(", ");
-  return { track: `stay above ${auv}`, intermittent: `follow ${all} in turn`, midpoint: `stay above the middle of ${all}`, weighted: `stay above the weighted mean of ${all}`, range: `stay in range of ${all}`, localise: `move so that ranges fix ${all}`, visit: `visit ${all}${next ? `, ${next} next` : ""}` }[/** @type {string} */ (kind)] ?? "none";
+  const { kind, auv, auvs = Object.keys(goal?.weights ?? {}), next } = goal ?? {};
+  return Object.hasOwn(GOALS, kind) ? `${GOALS[kind].words(auv ?? auvs.join(", "))}${next ? `, ${next} next` : ""}` : "none";
 }
 
 /** Changed numbers and choices within a member. @param {string} of @param {any} before @param {any} now @returns {string[]} */

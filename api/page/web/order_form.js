@@ -2,7 +2,7 @@
 
 import { el, fill, named } from "./dom.js";
 import { Refusal } from "./service.js";
-import { CHOICES, labelOf, LABELS, OrderDraft, valueAt, withValue } from "./order_draft.js";
+import { CHOICES, GOALS, labelOf, LABELS, OrderDraft, valueAt, withValue } from "./order_draft.js";
 import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
 
 /**
@@ -12,12 +12,11 @@ import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
  * @typedef {{ input: HTMLInputElement | HTMLSelectElement, wrong: HTMLElement, show: () => void, timed?: boolean }} Field a timed one is of a moment, which it has as minutes from now
  */
 
-/** What a new goal of a kind begins with. */
-const DWELL_S = 240, RANGE_M = 100, GROWTH_M2PS = 0.03, COST_BEGINS = { age: {}, uncertainty: { fixes: "usbl", growth_m2ps: 0.02 }, data: { growth_kbps: 1, upload_kbps: 10, range_max_m: 200 } };
-const KINDS = [["track", "stay above one AUV"], ["intermittent", "follow each in turn"], ["midpoint", "stay above the middle of"], ["weighted", "stay above the weighted mean of"], ["range", "stay in range of each of"], ["visit", "visit, when it pays"], ["localise", "move so that ranges fix"]];
-/** Numbers of a goal by its kind, of its offset by the frame, and of its cost. @type {{ [of: string]: string[] }} */
+/** What a cost of a kind begins with. */
+const COST_BEGINS = { age: {}, uncertainty: { fixes: "usbl", growth_m2ps: 0.02 }, data: { growth_kbps: 1, upload_kbps: 10, range_max_m: 200 } };
+/** Numbers of an offset by its frame, and of a cost. @type {{ [of: string]: string[] }} */
 const NUMBERS = {
-  intermittent: ["dwell_s"], range: ["range_m"], visit: ["within_m", "dwell_min_s"], localise: ["growth_m2ps", "sigma_m", "interval_s", "stand_off_m"], ned: ["north_m", "east_m"], polar: ["range_m", "bearing_rad"], target: ["ahead_m", "starboard_m"], path: ["ahead_m", "starboard_m"],
+  ned: ["north_m", "east_m"], polar: ["range_m", "bearing_rad"], target: ["ahead_m", "starboard_m"], path: ["ahead_m", "starboard_m"],
   uncertainty: ["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"], data: ["growth_kbps", "upload_kbps", "range_max_m"],
 };
 const LIMITS = ["speed_max_mps", "speed_min_mps", "turn_rate_max_radps", "acceleration_max_mps2", "deceleration_max_mps2"];
@@ -177,7 +176,7 @@ export class OrderForm {
 
   /** @param {any} goal */
   goalFields(goal) {
-    const { auvs } = this, several = goal.kind !== "track", members = (/** @type {string[]} */ names, /** @type {string[]} */ ...path) => names.map((name) => this.number(["goal", ...path, name]));
+    const { auvs } = this, { isOfOne, hasNoOffset, numbers = [] } = GOALS[goal.kind] ?? {}, members = (/** @type {string[]} */ names, /** @type {string[]} */ ...path) => names.map((name) => this.number(["goal", ...path, name]));
     const visits = goal.kind === "visit" && [
       this.choice(["goal", "next"], "visit next", [["", "the planner chooses"], ...auvs.map((id) => [id, id])]),
       this.choice(["goal", "cost", "kind"], LABELS["cost/kind"][0], optionsOf("cost/kind"), (kind) => this.put(["goal", "cost"], { kind, ...COST_BEGINS[/** @type {keyof typeof COST_BEGINS} */ (kind)] })), members(NUMBERS[goal.cost?.kind] ?? [], "cost"),
@@ -188,10 +187,10 @@ export class OrderForm {
       }),
       this.choice(["goal", "reduce"], LABELS.reduce[0], optionsOf("reduce")),
     ];
-    const localises = goal.kind === "localise", reduced = localises && [this.choice(["goal", "fixes"], LABELS.fixes[0], optionsOf("fixes")), this.choice(["goal", "reduce"], LABELS.reduce[0], optionsOf("reduce"))];
+    const reduced = goal.kind === "localise" && [this.choice(["goal", "fixes"], LABELS.fixes[0], optionsOf("fixes")), this.choice(["goal", "reduce"], LABELS.reduce[0], optionsOf("reduce"))];
     return [
-      this.choice(["goal", "kind"], "what to do", KINDS, (kind) => this.draft.edit({ goal: this.goalOf(kind) })), several ? auvs.map((id) => this.member(goal, id)) : this.choice(["goal", "auv"], "AUV", auvs.map((id) => [id, id])),
-      members(NUMBERS[goal.kind] ?? []), goal.kind === "intermittent" && this.minutes(["goal", "epoch_s"], "begins with the first in, min"), visits, reduced, !localises && this.choice(["goal", "offset", "frame"], LABELS["offset/frame"][0], [["", "right above"], ...optionsOf("offset/frame")], (frame) => this.put(["goal", "offset"], frame ? { frame, ...Object.fromEntries(NUMBERS[frame].map((name) => [name, 0])) } : undefined)),
+      this.choice(["goal", "kind"], "what to do", Object.entries(GOALS).map(([kind, { title }]) => [kind, title]), (kind) => this.draft.edit({ goal: this.goalOf(kind) })), isOfOne ? this.choice(["goal", "auv"], "AUV", auvs.map((id) => [id, id])) : auvs.map((id) => this.member(goal, id)),
+      members(numbers), goal.kind === "intermittent" && this.minutes(["goal", "epoch_s"], "begins with the first in, min"), visits, reduced, !hasNoOffset && this.choice(["goal", "offset", "frame"], LABELS["offset/frame"][0], [["", "right above"], ...optionsOf("offset/frame")], (frame) => this.put(["goal", "offset"], frame ? { frame, ...Object.fromEntries(NUMBERS[frame].map((name) => [name, 0])) } : undefined)),
       members(NUMBERS[goal.offset?.frame] ?? [], "offset"), el("p", { class: "about" }, "On the map: tap an AUV, drag what is marked."),
     ].flat(2);
   }
@@ -200,7 +199,7 @@ export class OrderForm {
   member(goal, id) {
     const input = el("input", { type: "checkbox", onchange: () => this.toggle(id) }), show = () => { input.checked = this.isIn(id); };
     this.fields.set(`in ${id}`, { input, wrong: el("span"), show });
-    return el("div", { class: "order-row" }, el("label", {}, input, named(id)), ["weighted", "visit", "localise"].includes(goal.kind) && this.number(["goal", "weights", id], "weight"),
+    return el("div", { class: "order-row" }, el("label", {}, input, named(id)), GOALS[goal.kind]?.weighs && this.number(["goal", "weights", id], "weight"),
       goal.kind === "visit" && this.minutes(["goal", "serve_by_s", id], "serve by, min"));
   }
 
@@ -219,11 +218,9 @@ export class OrderForm {
 
   /** A goal of another kind. @param {string} kind */
   goalOf(kind) {
-    const { auvs } = this, { offset } = this.draft.now.goal, others = offset && { offset };
-    if (kind === "track") return { kind, auv: auvs[0], ...others };
-    if (kind === "weighted") return { kind, weights: Object.fromEntries(auvs.map((id) => [id, 1])), ...others };
-    if (kind === "localise") return { kind, auvs, growth_m2ps: GROWTH_M2PS };
-    return { kind, auvs, ...kind === "intermittent" && { dwell_s: DWELL_S, epoch_s: Math.round(this.t_s) }, ...kind === "range" && { range_m: RANGE_M }, ...others };
+    const { auvs } = this, { offset } = this.draft.now.goal, { isOfOne, hasNoOffset, begins } = GOALS[kind];
+    const of = isOfOne ? { auv: auvs[0] } : kind === "weighted" ? { weights: Object.fromEntries(auvs.map((id) => [id, 1])) } : { auvs };
+    return { kind, ...of, ...begins?.(this.t_s), ...!hasNoOffset && offset && { offset } };
   }
 
   confirm() {

@@ -1,6 +1,6 @@
 // Orders on the map: handles to move and size what is ordered, and what is drawn anew.
 
-import { withValue } from "./order_draft.js";
+import { GOALS, withValue } from "./order_draft.js";
 
 /**
  * @typedef {import("./types.js").Place} Place
@@ -55,7 +55,7 @@ function followed(goal, picture) {
 /** What an offset is seen from, with the heading of the one AUV. @param {any} goal @param {Picture} picture */
 function anchorOf(goal, picture) {
   const vehicles = followed(goal, picture);
-  if (!vehicles.length || !["track", "midpoint", "weighted"].includes(goal.kind)) return null;
+  if (!vehicles.length || !GOALS[goal.kind]?.isMean) return null;
   const weights = vehicles.map(({ name }) => goal.weights?.[name ?? ""] ?? 1), total = weights.reduce((sum, weight) => sum + weight, 0) || 1;
   const mean = (/** @type {"north" | "east"} */ axis) => vehicles.reduce((sum, vehicle, i) => sum + vehicle[axis] * weights[i], 0) / total;
   return { north: mean("north"), east: mean("east"), heading: vehicles[0].heading || 0 };

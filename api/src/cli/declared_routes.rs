@@ -127,7 +127,7 @@ impl DeclaredRoutes {
         Ok(())
     }
 
-    /// Lets the AUVs of `scenario` follow their routes. The first point on Earth is a missing origin.
+    /// Lets the AUVs of `scenario` follow their routes. The first point on Earth can be the origin.
     pub(crate) fn follow(&self, scenario: &mut Scenario, seed: u64) -> Result<(), Box<dyn Error>> {
         for read in self.read() {
             let (id, route, speed) = read?;

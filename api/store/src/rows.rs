@@ -104,7 +104,7 @@ impl dyn Rows + '_ {
         self.change(ORDER, &params).map(drop)
     }
 
-    /// Removes some events of a deleted mission, at last the mission. `true` if the mission is gone.
+    /// Removes some events of a deleted mission, at last the mission; `true` if that is gone.
     pub(super) fn purge(&self, number: i64) -> Result<bool, StoreError> {
         if 0 < self.change(PURGE_EVENTS, &[&number, &PURGE])? {
             return Ok(false);

@@ -14,7 +14,7 @@ pub(super) const PURGE: i64 = 500;
 pub(super) const PURGE_EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND sequence <=
     (SELECT min(sequence) FROM events WHERE mission = ?1) + ?2";
 
-/// Removes a mission without events. Several services may remove its events; one removes the mission.
+/// Removes a mission without events: several services may remove those, one the mission.
 pub(super) const PURGE_MISSION: &str = "DELETE FROM missions WHERE number = ?1
     AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
 

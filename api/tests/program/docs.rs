@@ -12,7 +12,7 @@ use tests::client::{get, send};
 use toml::{Table, map::Entry};
 
 use crate::command::{ask, has, pilotfish, serving, stderr, written};
-use crate::markdown::{blocks, spans, titles, without_blocks, wrong_rows};
+use crate::markdown::{blocks, spans, titles, without_blocks};
 
 /// A page of the documentation.
 pub(crate) struct Page {
@@ -91,11 +91,6 @@ fn links_and_their_anchors_exist() {
         };
         links.filter_map(fault).collect()
     });
-}
-
-#[test]
-fn rows_of_a_table_have_the_columns_of_its_head() {
-    none(|page| wrong_rows(&page.text));
 }
 
 #[tokio::test]

@@ -49,23 +49,3 @@ pub(crate) fn titles(markdown: &str) -> BTreeSet<String> {
     });
     named.chain(of_titles).collect()
 }
-
-/// The rows of tables with more or fewer cells than the head, by their lines. A bar behind a
-/// backslash separates no cells.
-pub(crate) fn wrong_rows(markdown: &str) -> Vec<String> {
-    let mut head = None;
-    let mut wrong = vec![];
-    for (number, line) in (1..).zip(markdown.lines()) {
-        if !line.starts_with('|') {
-            head = None;
-            continue;
-        }
-        let line = line.trim_end().trim_end_matches('|').replace("\\|", "");
-        let n_cells = line.matches('|').count();
-        let expected = *head.get_or_insert(n_cells);
-        if n_cells != expected {
-            wrong.push(format!("line {number}: {n_cells} cells of {expected}"));
-        }
-    }
-    wrong
-}

@@ -27,22 +27,6 @@ pub(crate) fn curl(arguments: &[&str]) -> (u16, String) {
 }
 
 #[test]
-fn tokens_that_are_made_or_revoked_take_effect_while_the_service_runs() {
-    let directory = tempdir().expect("there is room");
-    let file = path(&directory, "tokens.json");
-    let server = serving(&["--tokens", &file]);
-    let list = |token| ask_as(&server, token, "GET", "/v1/missions", "").status;
-    assert_eq!(list(None), 200, "no token was made");
-    let [operator, admin] = ["operator", "admin"].map(|role| add(&file, role, role));
-    until("the first token has an effect", || list(None) == 401);
-    until("the second token is valid", || list(Some(&admin)) == 200);
-    assert_eq!(list(Some(&operator)), 200);
-    printed(&run(&["token", "revoke", "operator", "--tokens", &file]));
-    until("the revoked token is not valid", || list(Some(&operator)) == 401);
-    assert_eq!(list(Some(&admin)), 200);
-}
-
-#[test]
 fn curl_trusts_the_certificate_of_a_service_and_a_renewed_one_needs_no_restart() {
     let directory = tempdir().expect("there is room");
     let file = path(&directory, "tokens.json");

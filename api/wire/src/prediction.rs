@@ -78,8 +78,8 @@ pub struct PredictedAuv {
     pub depths_m: Vec<f64>,
     /// Covariances of the positions: of north, of north and east, of east, m².
     pub covariances_m2: Vec<[f64; 3]>,
-    /// Two possible places (north, east), m, with their probabilities, if the ranges do not tell which
-    /// is right. The positions are then their mean.
+    /// Two possible places (north, east), m, with their probabilities, if the ranges do not tell
+    /// which is right. The positions are then their mean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub places: Vec<[f64; 3]>,
     /// Age of the newest report that the forecast rests on, s.

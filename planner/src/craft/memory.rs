@@ -16,8 +16,8 @@ pub const MEMORY_LENGTH: usize = MEMORY_LENGTH_WITHOUT_TRIAL + 11 * (LAWS + 1) +
 /// Index of the craft's position in it.
 const POSITION: usize = 31;
 
-/// Lengths of earlier answers' memories: without the trial, which then starts now, and without the tests
-/// for effects.
+/// Lengths of earlier answers' memories: without the trial, which then starts now, or without the
+/// tests for effects.
 const MEMORY_LENGTH_WITHOUT_TRIAL: usize = 53;
 const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 

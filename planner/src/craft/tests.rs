@@ -445,7 +445,7 @@ fn a_heading_reference_turns_with_the_bow_in_steps_within_the_slew() {
 
 #[test]
 fn the_reference_of_a_slow_craft_takes_the_lead_of_a_turn_before_the_bow_does() {
-    // At 0.07 rad/s and a lag of 12 s the lead is 0.84 rad: five steps of 0.17 rad instead of twelve.
+    // At 0.07 rad/s and a lag of 12 s the lead is 0.84 rad: 5 steps of 0.17 rad instead of 12.
     let slew = Slew { step: 0.07, leading_step: 0.17, lead: 0.84 };
     let [bow, port, starboard] = [0.0, -2.5, 2.5].map(Heading::new);
     for (side, asked) in [(-1.0, port), (1.0, starboard)] {

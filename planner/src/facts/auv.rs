@@ -65,15 +65,15 @@ impl Auv {
 pub struct Dive {
     /// Depth at which a climb ends, m, positive down, from 0.
     pub depth_min_m: f64,
-    /// Depth at which a dive ends, m, at least 0.5 below `depth_min_m`, to 12000.
+    /// Depth at which a dive ends, m, at least 0.5 below `depth_min_m`.
     pub depth_max_m: f64,
-    /// Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the
-    /// water it gives the speed along the body, which is constant through reversals.
+    /// Pitch of both legs, rad, positive. With the horizontal speed through the water it gives the
+    /// speed along the body, which is constant through reversals.
     #[doc(alias = "theta")]
     #[schema(example = 0.873)]
     pub pitch_rad: f64,
-    /// Duration of a reversal, s, from 0.1 to 120: from passing the depth that ends a leg to
-    /// passing it again. Default: 3.6.
+    /// Duration of a reversal, s: from passing the depth that ends a leg to passing it again.
+    /// Default: 3.6.
     pub reversal_s: Option<f64>,
     /// `true` if the vehicle was descending, nose down, at the time of its `state`. If unknown, its
     /// depth is forecast as the mean of both cases.

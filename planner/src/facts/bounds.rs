@@ -38,7 +38,7 @@ pub struct KeepOut {
     pub lat_deg: Option<f64>,
     /// Longitude of its centre, degrees, positive east.
     pub lon_deg: Option<f64>,
-    /// Its radius, m, from 0.1 to 10 000.
+    /// Its radius, m.
     pub radius_m: f64,
 }
 

@@ -112,16 +112,16 @@ pub struct Report {
     /// Longitude, degrees, positive east.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
-    /// Measured slant range, m, from 0.1 to 20,000, instead of a position. Multipath makes it longer,
-    /// never shorter.
+    /// Measured slant range, m, instead of a position. Multipath makes it longer, never shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_m: Option<f64>,
-    /// Position [north, east] of the surface craft when it measured the range, m. Default: where it was
-    /// at `t_s`: in a request for ranges of the last 2 s, in a mission by its reported states within 2 s.
+    /// Position [north, east] of the surface craft when it measured the range, m. Default: where it
+    /// was at `t_s`: in a request for ranges of the last 2 s, in a mission by its reported states
+    /// within 2 s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
-    /// Standard deviation of the position along either axis, or of the range with the error of `from`, m,
-    /// from 0.001 to 100,000. The estimator raises it if the measurements scatter more.
+    /// Standard deviation of the position along either axis, or of the range with the error of
+    /// `from`, m. The estimator raises it if the measurements scatter more.
     pub sigma_m: f64,
     /// Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

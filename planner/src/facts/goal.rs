@@ -96,37 +96,69 @@ impl<N> Goal<N> {
     }
 }
 
+/// The member of a goal that names vehicles.
+pub(crate) enum Names<'a> {
+    /// `auv`.
+    One(&'a VehicleId),
+    /// `auvs`.
+    List(&'a [VehicleId]),
+    /// `weights`.
+    Weights(&'a BTreeMap<VehicleId, f64>),
+}
+
 impl Goal {
+    /// The vehicles that the goal names.
+    pub(crate) fn names(&self) -> Names<'_> {
+        match self {
+            Self::Track { auv } => Names::One(auv),
+            Self::Intermittent { auvs, .. }
+            | Self::Midpoint { auvs }
+            | Self::Range { auvs, .. }
+            | Self::Localise(Localise { auvs, .. })
+            | Self::Visit(Visits { auvs, .. }) => Names::List(auvs),
+            Self::Weighted { weights } => Names::Weights(weights),
+        }
+    }
+
     /// The AUVs that the goal names, in its order.
     pub fn named(&self) -> impl Iterator<Item = &VehicleId> {
-        let (listed, weighted) = match self {
-            Self::Track { auv } => (std::slice::from_ref(auv), None),
-            Self::Intermittent { auvs, .. } | Self::Midpoint { auvs } | Self::Range { auvs, .. } => {
-                (auvs.as_slice(), None)
-            }
-            Self::Weighted { weights } => ([].as_slice(), Some(weights)),
-            Self::Localise(localise) => (localise.auvs.as_slice(), None),
-            Self::Visit(visits) => (visits.auvs.as_slice(), None),
+        let (listed, weights) = match self.names() {
+            Names::One(auv) => (std::slice::from_ref(auv), None),
+            Names::List(auvs) => (auvs, None),
+            Names::Weights(weights) => ([].as_slice(), Some(weights)),
         };
-        listed.iter().chain(weighted.into_iter().flat_map(BTreeMap::keys))
+        listed.iter().chain(weights.into_iter().flat_map(BTreeMap::keys))
+    }
+
+    /// The weight of a vehicle that the goal names.
+    pub(crate) fn weight(&self, id: &VehicleId) -> f64 {
+        match self {
+            Self::Weighted { weights } => weights[id],
+            Self::Localise(localise) => localise.weight(id),
+            Self::Visit(visits) => visits.weight(id),
+            Self::Track { .. } | Self::Intermittent { .. } | Self::Midpoint { .. } | Self::Range { .. } => {
+                1.0
+            }
+        }
     }
 
     /// The AUVs that the goal depends on, in its order, without those of weight 0.
     pub fn vehicles(&self) -> impl Iterator<Item = &VehicleId> {
-        self.named().filter(|id| match self {
-            Self::Weighted { weights } => 0.0 < weights[*id],
-            Self::Localise(localise) => 0.0 < localise.weight(id),
-            Self::Visit(visits) => 0.0 < visits.weight(id),
-            Self::Track { .. } | Self::Intermittent { .. } | Self::Midpoint { .. } | Self::Range { .. } => {
-                true
-            }
-        })
+        self.named().filter(|id| 0.0 < self.weight(id))
+    }
+
+    /// `true` if it follows one vehicle at a time, along whose path its offset may be.
+    pub fn follows_one(&self) -> bool {
+        match self {
+            Self::Track { .. } | Self::Intermittent { .. } | Self::Visit(_) => true,
+            Self::Midpoint { .. } | Self::Weighted { .. } | Self::Range { .. } | Self::Localise(_) => false,
+        }
     }
 }
 
 tagged! {
-    /// Desired position relative to the followed point: a vehicle, the mean of several, or the point
-    /// of least largest range. `frame` determines the other members.
+    /// Desired position relative to the followed point: a vehicle, the mean of several, or the
+    /// point of least largest range. `frame` determines the other members.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub enum Offset<N> = "Offset", OffsetOutside, "frame" {
         /// In fixed directions.

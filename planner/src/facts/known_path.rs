@@ -24,7 +24,7 @@ pub struct DeclaredPath {
     /// point by themselves. An open path continues straight. Default: `false`.
     #[serde(default)]
     pub closed: bool,
-    /// Horizontal speed through the water, m/s, from 0.01 to 10, on legs without their own.
+    /// Horizontal speed through the water, m/s, on legs without their own.
     pub speed_mps: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Goals that move the craft so that its acoustic measurements fix AUVs, and the figure that it sails.
+//! Goals that move the craft so that its acoustic measurements fix AUVs, and its figures.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ pub struct Localise<N = f64> {
     #[serde(default = "sigma::<N>")]
     #[schema(value_type = Option<f64>)]
     pub sigma_m: N,
-    /// Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+    /// Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Not for ranges.
     #[serde(default = "sigma_bearing::<N>")]
     #[schema(value_type = Option<f64>)]
     pub sigma_rad: N,

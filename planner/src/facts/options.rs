@@ -10,9 +10,9 @@ use utoipa::ToSchema;
 pub enum ForecastModel {
     /// It stays at its position.
     Hold,
-    /// It keeps its ground velocity and its drift. By `auto`, with reports: the mean over its turns.
+    /// It keeps its ground velocity and its drift. `auto`, with reports: the mean over its turns.
     ConstantVelocity,
-    /// It keeps its speed, its rate of turn and its drift. By `auto`, with reports, it forgets them.
+    /// It keeps its speed, its rate of turn and its drift. `auto`, with reports: it forgets them.
     ConstantTurn,
     /// It follows its path at its speed through the water and its present offset from the path. Its
     /// drift changes the offset for half a minute.
@@ -37,8 +37,8 @@ impl ForecastModel {
 pub enum Forecast {
     /// The planner chooses for each vehicle: `hold` at rest; along its `path` if it is at most 15 m
     /// away; without a `path`, along the lanes or laps that its `reports` and the previous plan's
-    /// `track` repeat; else with its rate of turn. Off any path, a vehicle with `reports` forgets its
-    /// course over 60 m, or as its past track tells: the mean over turns that nobody declared.
+    /// `track` repeat; else with its rate of turn. Off any path, a vehicle with `reports` forgets
+    /// its course over 60 m, or as its past track tells: the mean over turns that nobody declared.
     #[default]
     Auto,
     /// As `auto`, but only declared paths are followed.

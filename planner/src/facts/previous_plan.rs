@@ -98,9 +98,10 @@ pub struct PreviousTarget {
     /// 96 count. Without it, repeats are searched in the reports alone.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub track: Vec<[f64; 3]>,
-    /// Its past states, if it is given as `state`, in order of time: time, s, position north and east
-    /// of the datum, m, its standard deviation along either axis, m, and velocity over ground north
-    /// and east, m/s. The newest 48 count. Without it, a state is all that is known of the vehicle.
+    /// Its past states, if it is given as `state`, in order of time: time, s, position north and
+    /// east of the datum, m, its standard deviation along either axis, m, and velocity over ground
+    /// north and east, m/s. The newest 48 count. Without it, a state is all that is known of the
+    /// vehicle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<[f64; 6]>,
 }
@@ -179,7 +180,7 @@ pub struct PreviousReference {
     /// Speed through the water, m/s.
     pub speed_mps: f64,
     /// Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at
-    /// most 9.7°, or by half of the craft's largest turn if that is more, unless a keep-out is ahead.
+    /// most 9.7°, or half of the craft's largest turn if that is more, unless a keep-out is ahead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_rad: Option<f64>,
 }

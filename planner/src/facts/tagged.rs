@@ -1,8 +1,9 @@
 //! Enums of which a member names the variant: `{"kind": "track", "auv": "a"}`.
 //!
 //! serde's own reader of them buffers the object and loses the place of a fault. [`tagged`] derives
-//! a reader of the form with the name outside, `{"track": {"auv": "a"}}`, which scenario files have.
-//! A deserializer that knows [`TAGGED`] shows its object in that form; of others, it is copied.
+//! a reader of the form with the name outside, `{"track": {"auv": "a"}}`, which scenario files
+//! have. A deserializer that knows [`TAGGED`] shows its object in that form; of others, it is
+//! copied.
 
 use std::{fmt, marker::PhantomData};
 
@@ -12,8 +13,8 @@ use serde::{Deserialize, Deserializer};
 use serde_json::{Map, Value};
 
 /// Begins the name of the newtype as which a tagged enum is read. The tag follows, and perhaps a
-/// member that belongs to the object, but not to the enum. A deserializer that knows this name gives
-/// a list: the enum, with the name outside, and the second member.
+/// member that belongs to the object, but not to the enum. A deserializer that knows this name
+/// gives a list: the enum, with the name outside, and the second member.
 pub const TAGGED: &str = "$tagged ";
 
 /// Reader of an enum with the name of the variant outside.

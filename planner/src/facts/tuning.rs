@@ -20,21 +20,19 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tuning {
-    /// Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
+    /// Weight of the distance to the goal, 1/m². Default: 1.
     pub position_weight_per_m2: Option<f64>,
-    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150.
-    /// Default: 15.
+    /// Weight of the velocity over ground relative to the goal's, 1/(m/s)². Default: 15.
     pub velocity_weight_per_m2ps2: Option<f64>,
-    /// Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
+    /// Weight of the acceleration, 1/(m/s²)². Default: 100.
     pub acceleration_weight_per_m2ps4: Option<f64>,
-    /// Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
+    /// Terminal weight of the distance, 1/m², not per second. Default: 10.
     pub terminal_position_weight_per_m2: Option<f64>,
-    /// Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500.
-    /// Default: 150.
+    /// Terminal weight of the relative velocity, 1/(m/s)², not per second. Default: 150.
     pub terminal_velocity_weight_per_m2ps2: Option<f64>,
-    /// Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.
+    /// Weight of propulsion energy, 1/J. Default: 0, which leaves energy out.
     pub energy_weight_per_j: Option<f64>,
-    /// SCP iterations for each guess, from 1 to 10; times `steps_s`, at most 300. Default: 2.
+    /// SCP iterations for each guess; times `steps_s`, at most 300. Default: 2.
     pub scp_iterations: Option<u32>,
     /// Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together
     /// from 5 to 600. Default: 6 of 1, 12 of 2 and 12 of 4.

@@ -17,8 +17,8 @@ use crate::facts::{
 /// accompanies an AUV stays within this; far less than a modem's range.
 const WITHIN: f64 = 20.0;
 
-/// The same where ranges fix it, m: a range from afar tells more, and a circle of this size is the best
-/// about an AUV at the depth of a survey (docs/ranging.md).
+/// The same where ranges fix it, m: a range from afar tells more, and a circle of this size is the
+/// best about an AUV at the depth of a survey (docs/ranging.md).
 const WITHIN_FOR_RANGES: f64 = 40.0;
 
 /// Default time with an AUV for fixes or data, s: three slots of a network with a period of 10 s.
@@ -71,8 +71,8 @@ pub struct Visits<N = f64> {
     #[schema(value_type = Option<Reduce>)]
     pub reduce: Reduce,
     /// Known present costs, by name, in the unit of the cost, for example from a modem that counts
-    /// uploaded data; those in `previous_plan`, advanced to now, else of vehicles just served if left
-    /// out.
+    /// uploaded data; those in `previous_plan`, advanced to now, else of vehicles just served if
+    /// left out.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     #[schema(value_type = Option<BTreeMap<String, f64>>, example = json!({ "auv-2": 340.0 }))]
     pub costs_now: BTreeMap<VehicleId, N>,
@@ -162,7 +162,7 @@ tagged! {
         Age,
         /// Variance of its own navigation, m²; measurements between it and the craft reduce it.
         Uncertainty {
-            /// The measurements; `usbl` if left out. For ranges a visit is an arc about the vehicle.
+            /// The measurements; `usbl` if left out. With ranges, a visit is an arc.
             #[serde(default = "usbl")]
             #[schema(value_type = Option<Fixes>)]
             fixes: Fixes,
@@ -173,7 +173,8 @@ tagged! {
             #[serde(default = "sigma::<N>")]
             #[schema(value_type = Option<f64>)]
             sigma_m: N,
-            /// Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+            /// Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Not for
+            /// ranges.
             #[serde(default = "sigma_bearing::<N>")]
             #[schema(value_type = Option<f64>)]
             sigma_rad: N,

@@ -179,8 +179,8 @@ impl AlongPath {
         self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
-    /// Covariance of the position, m², `elapsed` s after the report: by the fit of the reports, else
-    /// from the report's covariance `state`.
+    /// Covariance of the position, m², `elapsed` s after the report: by the fit of the reports,
+    /// else from the report's covariance `state`.
     ///
     /// ```text
     /// along    σ_s² + (0.1 u_h t)²              across   σ_y² + σ_∞² (1 − (1 − a)²)

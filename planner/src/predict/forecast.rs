@@ -231,9 +231,10 @@ impl AuvForecast {
 
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
-    /// Off a path its trace never decreases. Along a path it grows with the variance of the speed, and across
-    /// it to a bound; else it grows with the variance of the velocity and unforeseen accelerations. Of a
-    /// doubtful path it is the covariance of both possibilities about their mean.
+    /// Off a path its trace never decreases. Along a path it grows with the variance of the speed,
+    /// and across it to a bound; else it grows with the variance of the velocity and unforeseen
+    /// accelerations. Of a doubtful path it is the covariance of both possibilities about their
+    /// mean.
     ///
     /// ```text
     /// (1 − q) P + q P' + q (1 − q) d dᵀ         for the doubt q and the distance d between the two
@@ -295,8 +296,8 @@ impl Turning {
     /// ```text
     /// v(t) = v exp(−z t)    p(t) = p + v (1 − exp(−z t)) / z    z = a − i ω
     /// ```
-    /// with north + i east as complex numbers, the rate of turn ω, and the rate a at which turns that
-    /// nobody announced make the course forgotten: the mean over them.
+    /// with north + i east as complex numbers, the rate of turn ω, and the rate a at which turns
+    /// that nobody announced make the course forgotten: the mean over them.
     fn at(&self, elapsed: f64) -> Motion {
         let z = Complex::new(self.forgetting, -self.turn_rate) * elapsed;
         let velocity = Complex::new(self.velocity.x, self.velocity.y);

@@ -178,8 +178,8 @@ impl GoalForecast {
         forecast
     }
 
-    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot; that
-    /// of a schedule is on it about its first AUV.
+    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot;
+    /// that of a schedule is on it about its first AUV.
     pub(crate) fn on_figure(mut self, figure: Figure, auvs: &[usize]) -> Self {
         if !matches!(self.rule, Rule::Scheduled(_)) {
             self.members.retain(|member| auvs.contains(&member.auv));
@@ -257,8 +257,8 @@ impl GoalForecast {
         displaced(&followed, &offset.vector(), axes)
     }
 
-    /// Place on `figure` relative to the followed point, m, and its velocity relative to that, m/s. A
-    /// leg of a schedule begins where the craft leaves the figure.
+    /// Place on `figure` relative to the followed point, m, and its velocity relative to that, m/s.
+    /// A leg of a schedule begins where the craft leaves the figure.
     fn on(&self, figure: &Figure, ahead: f64) -> (Vector2<f64>, Vector2<f64>) {
         let Rule::Scheduled(turns) = &self.rule else { return figure.at(ahead) };
         let first = turns.first().map(|(turn, _)| turn.auv);
@@ -419,16 +419,8 @@ fn members(snapshot: &Snapshot, forecasts: &[AuvForecast]) -> Vec<GoalMember> {
         let (auv, known) = auvs
             .find(|(_, known)| known.auv.id == *id)
             .expect("a snapshot's goal names only vehicles that are in it");
-        let weight = match &snapshot.goal.goal {
-            Goal::Weighted { weights } => weights[id],
-            Goal::Track { .. }
-            | Goal::Midpoint { .. }
-            | Goal::Intermittent { .. }
-            | Goal::Range { .. }
-            | Goal::Visit(_) => 1.0,
-            Goal::Localise(localise) => localise.weight(id),
-        };
-        GoalMember { auv, share: weight, at_rest: AtRest::of(&known, &forecasts[auv]) }
+        let share = snapshot.goal.goal.weight(id);
+        GoalMember { auv, share, at_rest: AtRest::of(&known, &forecasts[auv]) }
     };
     let mut members: Vec<_> = snapshot.goal.goal.vehicles().map(member).collect();
     let sum: f64 = members.iter().map(|member| member.share).sum();

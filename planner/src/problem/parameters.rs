@@ -162,8 +162,8 @@ impl Parameters {
 
     /// The weights for a plan on `snapshot` with `goal`: [`Parameters::weights`], reduced by the
     /// goal's uncertainty, which is that of the least known AUV that the goal follows now (of AUVs
-    /// in turn, the present one) at its report: what it did since then no report corrects. Without a
-    /// covariance an AUV counts as exactly known.
+    /// in turn, the present one) at its report: what it did since then no report corrects. Without
+    /// a covariance an AUV counts as exactly known.
     pub fn weights_for(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Weights {
         let estimates = goal.needs_now().map(|auv| &snapshot.estimates()[auv]);
         // A figure is to be sailed however uncertain its AUVs are: that is its purpose.

@@ -299,7 +299,7 @@ impl Sampling<'_> {
         }
     }
 
-    /// The disc about an AUV of the radius `always`, m, and `surfaced` where it may be at the surface.
+    /// The disc about an AUV, of the radius `always`, m, or `surfaced` where it may surface.
     fn separation_disc(&self, forecast: &AuvForecast, surfaced: f64, always: f64) -> Disc {
         let radius = |time: &f64| {
             let surfaced = if forecast.surfaced(*time) { surfaced } else { 0.0 };

@@ -93,7 +93,7 @@ impl Snapshot {
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
             let (track, states) = request.remembered_track(&auv.id);
             // A state shows a turn sooner and better than a pattern foretells it. Only visits look
-            // farther ahead: an Otter behind exact states of 0.9 m/s was 0.088 m off instead of 0.085.
+            // farther ahead: an Otter behind exact states of 0.9 m/s was 0.088 m off, not 0.085.
             let used = track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
             let mut estimate =
                 estimator.estimate(auv, path.as_ref(), request.remembered(&auv.id), (used, states));
@@ -121,7 +121,7 @@ impl Snapshot {
         })
     }
 
-    /// The same moment for the craft `asc` that follows a heading reference, rad, and no earlier plan.
+    /// The same moment for the craft `asc` that follows a heading reference, rad, without a plan.
     pub(crate) fn of_craft(&self, asc: Asc, followed: f64) -> Self {
         let mut other = self.clone();
         (other.craft_estimate.surge.x, other.request.asc) = (asc.speed_mps, asc);

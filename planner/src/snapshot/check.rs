@@ -17,19 +17,16 @@ use crate::facts::auv::{Auv, Dive, VehicleId};
 use crate::facts::bounds::{bounds_faults, separation_fault};
 use crate::facts::evidence::Report;
 use crate::facts::field_error::{FieldError, pointer_token};
-use crate::facts::goal::{Goal, Offset, Task};
+use crate::facts::goal::{Goal, Names, Offset, Task};
 use crate::facts::known_path::{DeclaredPath, KnownPath};
-use crate::facts::localise::Localise;
 use crate::facts::no_go::{NoGo, no_go_lengths, no_go_numbers};
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
 use crate::facts::ranges::{
-    ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, GOAL_IN_TURN, GOAL_RANGE, ID_LENGTH_MAX,
-    KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, OFFSET_AHEAD, OFFSET_NED, OFFSET_POLAR, PATH, PREVIOUS_ASKED,
-    PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT,
-    TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISITS_MAX, WEIGHT,
+    ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, ID_LENGTH_MAX, KEEP_OUTS_MAX,
+    LEG_HEIGHT_MIN, LIMITS, PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range,
+    SPEED_MAX_MOST, TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISITS_MAX, WEIGHT,
 };
 use crate::facts::reference::TrajectoryPoint;
-use crate::facts::visit::Visits;
 use crate::facts::water::{Current, Drift};
 use crate::path::SEGMENTS_MAX;
 use crate::snapshot::request::PlanRequest;
@@ -173,19 +170,12 @@ impl Check {
     }
 
     fn goal_length(&mut self, goal: &Goal) {
-        match goal {
-            Goal::Track { .. } => {}
-            Goal::Intermittent { auvs, .. }
-            | Goal::Midpoint { auvs }
-            | Goal::Range { auvs, .. }
-            | Goal::Localise(Localise { auvs, .. })
-            | Goal::Visit(Visits { auvs, .. }) => {
-                self.length(format_args!("/goal/auvs"), auvs.len(), &(1..=AUVS_MAX));
-            }
-            Goal::Weighted { weights } => {
-                self.length(format_args!("/goal/weights"), weights.len(), &(1..=AUVS_MAX));
-            }
-        }
+        let (place, n) = match goal.names() {
+            Names::One(_) => return,
+            Names::List(auvs) => ("/goal/auvs", auvs.len()),
+            Names::Weights(weights) => ("/goal/weights", weights.len()),
+        };
+        self.length(format_args!("{place}"), n, &(1..=AUVS_MAX));
     }
 
     /// Checks everything but the lengths of lists.
@@ -220,6 +210,18 @@ impl Check {
     pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
         for ((name, range), value) in ranges.iter().zip(values) {
             self.within(format_args!("{field}/{name}"), value, range);
+        }
+    }
+
+    /// Checks each number of a kind against its range, as it maps it, by member within `field`.
+    fn each_within(
+        &mut self,
+        field: &str,
+    ) -> impl FnMut(&str, &RangeInclusive<f64>, Option<&f64>) -> Option<f64> {
+        move |place, range, given| {
+            let (_, member) = place.split_once('.').unwrap_or_default();
+            self.within(format_args!("{field}/{member}"), *given?, range);
+            given.copied()
         }
     }
 
@@ -287,20 +289,17 @@ impl Check {
     }
 
     fn goal(&mut self, task: &Task, auvs: &[Auv]) {
+        match task.goal.names() {
+            Names::One(auv) => self.vehicle(format_args!("/goal/auv"), auv, auvs),
+            Names::List(named) => self.vehicles(named, auvs),
+            Names::Weights(weights) => self.weights(weights, auvs),
+        }
         match &task.goal {
-            Goal::Track { auv } => self.vehicle(format_args!("/goal/auv"), auv, auvs),
-            Goal::Intermittent { auvs: named, dwell_s, epoch_s } => {
-                self.vehicles(named, auvs);
-                self.numbers("/goal", &GOAL_IN_TURN, [*dwell_s, *epoch_s]);
-            }
-            Goal::Midpoint { auvs: named } => self.vehicles(named, auvs),
-            Goal::Weighted { weights } => self.weights(weights, auvs),
-            Goal::Range { auvs: named, range_m } => {
-                self.vehicles(named, auvs);
-                self.numbers("/goal", &GOAL_RANGE, [*range_m]);
-            }
-            Goal::Localise(localise) => self.localise(localise, auvs),
-            Goal::Visit(visits) => self.visits(visits, auvs),
+            // Checked with the names.
+            Goal::Weighted { .. } => {}
+            Goal::Localise(localise) => self.localise(localise),
+            Goal::Visit(visits) => self.visits(visits),
+            goal => drop(goal.map(&mut self.each_within("/goal"))),
         }
         if let (Goal::Localise(_), Some(_)) = (&task.goal, &task.offset) {
             let detail = "a goal that localises chooses the craft's place itself";
@@ -326,34 +325,18 @@ impl Check {
     }
 
     fn offset(&mut self, offset: &Offset, goal: &Goal, auvs: &[Auv]) {
-        match *offset {
-            Offset::Ned { north_m, east_m } => {
-                self.numbers("/goal/offset", &OFFSET_NED, [north_m, east_m]);
-            }
-            Offset::Target { ahead_m, starboard_m } | Offset::Path { ahead_m, starboard_m } => {
-                self.numbers("/goal/offset", &OFFSET_AHEAD, [ahead_m, starboard_m]);
-            }
-            Offset::Polar { range_m, bearing_rad } => {
-                self.numbers("/goal/offset", &OFFSET_POLAR, [range_m, bearing_rad]);
-            }
-        }
+        let _ = offset.map(&mut self.each_within("/goal/offset"));
         if !matches!(offset, Offset::Path { .. }) {
             return;
         }
         let place = format_args!("/goal/offset/frame");
-        match goal {
-            Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_) => {
-                let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
-                for auv in goal.vehicles().filter_map(named) {
-                    if auv.path.is_none() {
-                        self.fail_name(place, "no_path", "this vehicle has no `path`", &auv.id);
-                    }
-                }
-            }
-            Goal::Midpoint { .. } | Goal::Weighted { .. } | Goal::Range { .. } | Goal::Localise(_) => {
-                let detail = "an offset along a path needs a goal that follows one vehicle at a time";
-                self.fail(place, "no_path", detail);
-            }
+        if !goal.follows_one() {
+            let detail = "an offset along a path needs a goal that follows one vehicle at a time";
+            return self.fail(place, "no_path", detail);
+        }
+        let named = |id: &VehicleId| auvs.iter().find(|auv| auv.id == *id);
+        for auv in goal.vehicles().filter_map(named).filter(|auv| auv.path.is_none()) {
+            self.fail_name(place, "no_path", "this vehicle has no `path`", &auv.id);
         }
     }
 

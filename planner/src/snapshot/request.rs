@@ -79,7 +79,7 @@ pub struct PlanRequest {
     /// Limits of the acoustic link. Default: none.
     pub acoustics: Option<Acoustics>,
     /// Horizontal distance to keep from each underwater vehicle that may be within 2 m of the
-    /// surface, m, from 0.5 to 100. Default: no limit.
+    /// surface, m. Default: no limit.
     #[schema(example = 5.0)]
     pub surfacing_separation_m: Option<f64>,
     /// Other vessels, at most 64, from AIS, radar or whatever tells of them. Default: none.
@@ -100,9 +100,9 @@ pub struct PlanRequest {
     /// The last fallback level. Default: `slow_turn`.
     #[serde(default)]
     pub hold: Hold,
-    /// Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. Programs
-    /// solved by then compete for the answer; if there are none, `fallback` applies. Default and
-    /// maximum: the service's deadline, 1000 unless configured.
+    /// Deadline of the answer, ms after the request's head arrived. Programs solved by then compete
+    /// for the answer; if there are none, `fallback` applies. Default and maximum: the service's
+    /// deadline, 1000 unless configured.
     pub deadline_ms: Option<f64>,
     /// The last answer, whole. The service does not store it.
     pub previous_plan: Option<PreviousPlan>,
@@ -116,9 +116,9 @@ pub struct PlanRequest {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Acoustics {
-    /// Largest slant range to each underwater vehicle, m, from 1 to 20 000. Horizontally the
-    /// planner subtracts 1.73 times the vehicle's `position_sigma_m`, so that the range holds for
-    /// nearly all its possible positions.
+    /// Largest slant range to each underwater vehicle, m. Horizontally the planner subtracts 1.73
+    /// times the vehicle's `position_sigma_m`, so that the range holds for nearly all its possible
+    /// positions.
     pub range_max_m: f64,
 }
 
@@ -265,7 +265,7 @@ impl PlanRequest {
         young.then_some((target, then - target.estimate.age_s))
     }
 
-    /// Past track of the AUV `id` in the previous plan, none if tracks are not used, and past states.
+    /// Past track of the AUV `id` in the previous plan, if tracks are used, and its past states.
     pub(crate) fn remembered_track(&self, id: &VehicleId) -> (Option<&[TrackPoint]>, &[PastState]) {
         let previous = self.previous_plan.as_ref();
         let mut targets = previous.and_then(|plan| plan.targets.as_deref()).into_iter().flatten();

@@ -61,25 +61,26 @@ numbers! {
         /// Largest distance of two simultaneous fixes that are one message over two links, m.
         repeated_within = 0.1,
 
-        /// Standard deviation of the velocity along either axis of a vehicle of which only ranges are
-        /// known, m/s.
+        /// Standard deviation of the velocity along either axis of a vehicle of which only ranges
+        /// are known, m/s.
         range_speed_sigma = 1.0,
         /// Share of ranges that went a longer way, and of fixes that are outliers beside ranges.
         multipath_share = 0.05,
         /// Mean length of a longer way beyond the direct one, m.
         multipath_length = 20.0,
-        /// Most particles of all vehicles with ranges together. Against 100,000 of a plain filter, errors
-        /// are 1.02 times as large; with 3000 1.09 times, and twice as many sure estimates are wrong.
+        /// Most particles of all vehicles with ranges together. Against 100,000 of a plain filter,
+        /// errors are 1.02 times as large; with 3000 1.09 times, and twice as many sure estimates
+        /// are wrong.
         particles_most = 10_000.0,
         /// Fewest particles of a vehicle, when its place is known.
         particles_least = 1000.0,
         /// Spread of the positions from which on there are most particles, m.
         particles_spread = 40.0,
-        /// Largest share of the variance that is left within two places that are told apart: 0.36 for
-        /// the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.
+        /// Largest share of the variance that is left within two places that are told apart: 0.36
+        /// for the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.
         places_within = 0.27,
 
-        /// Standard deviation of the position of a state without a covariance, m: of an acoustic fix.
+        /// Standard deviation of the position of a state without a covariance, m: an acoustic fix.
         state_sigma = 1.5,
 
         /// Largest age of a telemetered rate of turn, s: six of the ten-second slots in which an
@@ -131,8 +132,8 @@ numbers! {
         /// Spread of that difference, (m/s)²/s, between still water (0.85 m of error, without the
         /// path 0.95 m) and an unknown current.
         pace_density = 1.0e-5,
-        /// The spread for vehicles whose speed changes by 0.1 m/s in 100 s. The speed of robot boats
-        /// changes by 20 to 40 % within a leg, an AUV's by 4 %.
+        /// The spread for vehicles whose speed changes by 0.1 m/s in 100 s. The speed of robot
+        /// boats changes by 20 to 40 % within a leg, an AUV's by 4 %.
         pace_density_varied = 1.0e-4,
         /// The same for 0.3 m/s.
         pace_density_uneven = 1.0e-3,
@@ -171,9 +172,9 @@ numbers! {
         loose_turn = 4.0,
         /// Standard deviation of what it adds to a rough vehicle's errors, m.
         rough_turn = 12.0,
-        /// Standard deviation of the way that a turn takes beyond the path's, m/rad; it is learnt at
-        /// each corner. Without it, lanes with overshot corners are 22 m off after a minute instead
-        /// of 7.5 m.
+        /// Standard deviation of the way that a turn takes beyond the path's, m/rad; it is learnt
+        /// at each corner. Without it, lanes with overshot corners are 22 m off after a minute
+        /// instead of 7.5 m.
         exact_corner = 0.1,
         /// The same standard deviation for a loose vehicle.
         loose_corner = 3.0,
@@ -229,8 +230,8 @@ numbers! {
         residual_max = 2.3,
         /// The same as a share of the radius of gyration; pieces as small as their noise are alike.
         residual_share_max = 0.1,
-        /// Fewest repetitions of a pattern. Behind random way-points of a weaving vehicle the craft is
-        /// 1.08 times as far off as by the law (worst 1.17), without this 1.11 (1.32).
+        /// Fewest repetitions of a pattern. Behind random way-points of a weaving vehicle the craft
+        /// is 1.08 times as far off as by the law (worst 1.17), without this 1.11 (1.32).
         times_min = 2.2,
         /// Weight against a pattern that explains the whole track, in repetitions: it may end. With
         /// 0.1 to 0.5, errors of 20 to 60 s differ by less than 1 %.

@@ -16,10 +16,10 @@
 //!   (seen from t) or AUV j departs at vⱼ at most (seen from t + Δ): Δ ≥ dᵢⱼ = (min ‖pᵢ − pⱼ‖ − 2
 //!   `within`) / (u + min(vᵢ, vⱼ)).
 //! - For any ψ ≥ 0 and τᵢ = minⱼ (ψⱼ + dᵢⱼ) − ψᵢ, dᵢⱼ ≥ τᵢ + ψᵢ − ψⱼ. All periods but the first
-//!   follow a Δ, and the first begins no earlier than the arrival rᵢ. In the sum over a schedule all
-//!   other ψ cancel: R = H + max(0, τᵢ + ψᵢ − rᵢ), the largest of all i. With ψ = 0, τᵢ⁰ is the least
-//!   time from any other AUV. With ψᵢ = max τ⁰ − τᵢ⁰, τᵢ = τᵢ⁰ + minⱼ (dᵢⱼ − τⱼ⁰): a distant AUV
-//!   takes the way back, too. The better of the two counts.
+//!   follow a Δ, and the first begins no earlier than the arrival rᵢ. In the sum over a schedule
+//!   all other ψ cancel: R = H + max(0, τᵢ + ψᵢ − rᵢ), the largest of all i. With ψ = 0, τᵢ⁰ is the
+//!   least time from any other AUV. With ψᵢ = max τ⁰ − τᵢ⁰, τᵢ = τᵢ⁰ + minⱼ (dᵢⱼ − τⱼ⁰): a distant
+//!   AUV takes the way back, too. The better of the two counts.
 //!
 //! For every price μ ≥ 0 of the craft's time (weak duality)
 //! ```text

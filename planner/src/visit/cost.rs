@@ -16,7 +16,7 @@ pub(crate) struct Later {
     pub(crate) integral: f64,
 }
 
-/// Place of the craft relative to an AUV that it serves: horizontal distance and the AUV's depth, m.
+/// Place of the craft relative to an AUV that it serves: horizontal distance and depth, m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ServicePlace {
     pub(crate) distance: f64,
@@ -109,8 +109,8 @@ impl VisitCost {
 
     /// Intensity of the measurements' noise as continuous ones along either axis: R T, m² s.
     ///
-    /// A range r from the horizontal distance d has the information (d/r)²/σ² along the line of sight,
-    /// on an arc half of that along either axis.
+    /// A range r from the horizontal distance d has the information (d/r)²/σ² along the line of
+    /// sight, on an arc half of that along either axis.
     fn fix_noise(&self, place: ServicePlace) -> f64 {
         let Uncertainty { fixes, sigma_m, sigma_rad, interval_s, .. } = *self else {
             return 0.0;

@@ -165,8 +165,8 @@ impl Search<'_> {
         }
     }
 
-    /// The candidates of the next visit: with many, those with the greatest cost over the time until
-    /// they are served, and all with a pending deadline.
+    /// The candidates of the next visit: with many, those with the greatest cost over the time
+    /// until they are served, and all with a pending deadline.
     fn next(&self, state: &CostState) -> SmallVec<[usize; AUVS_MAX]> {
         let (fleet, from) = (self.fleet, self.fleet.departure(state).position);
         let others = (0..fleet.candidates.len()).filter(|to| state.with != Some(*to));

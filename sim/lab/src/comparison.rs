@@ -223,8 +223,8 @@ impl Comparison {
         Ok(Self { scenario: scenario.name.clone(), seed, controllers: flown.into_values().collect() })
     }
 
-    /// The controller with the least mean cost of visited AUVs, the least error of localised ones, or
-    /// the least `rms_m`.
+    /// The controller with the least mean cost of visited AUVs, the least error of localised ones,
+    /// or the least `rms_m`.
     pub fn best(&self) -> &Controller {
         self.least(Controller::value)
     }

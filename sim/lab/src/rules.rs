@@ -219,7 +219,7 @@ impl Memory {
         all
     }
 
-    /// The goal to stay with the AUV at `place`: above it, or on arcs about it where ranges are taken.
+    /// The goal to stay with the AUV at `place`: above it, or on arcs about it with ranges.
     fn stay(&self, visits: &Visits, place: usize) -> Goal {
         let auv = self.costs.auvs[place].clone();
         if !visits.cost.takes_ranges() {

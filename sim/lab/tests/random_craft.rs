@@ -1,17 +1,10 @@
 //! Random surface craft and their step tests.
 
-use std::path::Path;
-
 use nalgebra::Vector2;
-use pilotfish_lab::{campaign::Campaign, comparison::best_gains};
 use planner::angle::{Heading, wrap};
 use planner::craft::{CraftDescription, HeadingDynamics, HeadingReference, SpeedReference};
-use planner::los::{LosLaw, Reference};
-use planner::parameters::Parameters;
-use sim::guide::{LosGuide, MpcGuide};
+use planner::los::Reference;
 use sim::inner_loop::PERIOD;
-use sim::metrics::Metrics;
-use sim::mission::run;
 use sim::scenario::{Files, Scenario};
 use sim::surface_craft::random::{CraftConstraints, HeadingLoopKind, RandomCraft, SurgeLoopKind};
 use sim::surface_craft::step_response::step_test;
@@ -213,29 +206,4 @@ fn an_invalid_random_class_is_named_with_its_limit() {
         let error = with_class(&format!("class.random = {{{wrong}}}")).expect_err(wrong);
         assert!(error.contains(says) && error.starts_with("my.toml:"), "{wrong}: {error}");
     }
-}
-
-#[test]
-fn random_craft_follow_the_tuned_law_in_each_of_their_missions() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/campaigns");
-    let campaign = Campaign::read(&folder.join("random-craft.toml")).expect("is a campaign");
-    let mut missions = vec![];
-    for case in &campaign.cases {
-        let scenario = &case.scenario;
-        if missions.contains(&scenario.name) {
-            continue;
-        }
-        missions.push(scenario.name.clone());
-        let shorter = scenario.clone().lasting(300.0);
-        let tuning = best_gains(LosLaw::SaturatedLos, &shorter, 1_001, &mut |_| {}).expect("tunes");
-        let tuned = run(&shorter, &mut LosGuide::tuned(tuning), 1_001, &mut |_| {}).expect("runs");
-        let rms = Metrics::of(&tuned).surface_craft.expect("has one").rms_m;
-        // A hand-over takes it 50 m off, an about-face 45 m.
-        assert!(rms < 30.0, "{}: {rms} m", scenario.name);
-        let record = run(scenario, &mut LosGuide::tuned(tuning), 1, &mut |_| {}).expect("runs");
-        assert!(600 <= record.rows.len(), "{}", record.rows.len());
-        let short = scenario.clone().lasting(20.0);
-        run(&short, &mut MpcGuide::new(Parameters::default()), 1, &mut |_| {}).expect("runs");
-    }
-    assert_eq!(missions.len(), 6);
 }

@@ -127,7 +127,7 @@ impl<'a, W: Write> Log<'a, W> {
         Ok(())
     }
 
-    /// Writes a JSON message of a type with its publish and log time. The schema's name is its title.
+    /// Writes a JSON message with its publish and log time. The schema's name is its title.
     fn message(
         &mut self,
         topic: &str,

@@ -59,6 +59,8 @@ enum Shape {
     Text,
     WholeNumber,
     Table,
+    /// A table with its kind as the only key. Another kind is refused as it is read.
+    Kind,
     /// A table with one of these as its only key, or one of these as text.
     OneOf(&'static [&'static str]),
 }
@@ -71,19 +73,11 @@ const FORMS: &[Form] = &[
         "current = {constant = {north_mps = 0, east_mps = 0.12}}",
     ),
     ("knowledge.current", Shape::Text, "current = \"unknown\""),
-    (
-        "surface_craft.goal",
-        Shape::OneOf(&["track", "intermittent", "midpoint", "weighted", "range", "visit"]),
-        "goal = {track = {auv = \"auv-1\"}}",
-    ),
-    (
-        "surface_craft.goal_offset",
-        Shape::OneOf(&["ned", "target", "path", "polar"]),
-        "goal_offset = {ned = {north_m = -5, east_m = 10}}",
-    ),
+    ("surface_craft.goal", Shape::Kind, "goal = {track = {auv = \"auv-1\"}}"),
+    ("surface_craft.goal_offset", Shape::Kind, "goal_offset = {ned = {north_m = -5, east_m = 10}}"),
     (
         "auvs[].path",
-        Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson"]),
+        Shape::OneOf(&["lawn_mower", "waypoints", "circle", "segments", "geojson", "random_survey"]),
         "path = {waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}}",
     ),
     ("auvs[].path.waypoints", Shape::Table, "waypoints = {points = [[0, 0], [100, 0]], fillet_m = 10}"),
@@ -96,6 +90,7 @@ impl Shape {
             (Self::Text, DeValue::String(_))
             | (Self::WholeNumber, DeValue::Integer(_))
             | (Self::Table, DeValue::Table(_)) => true,
+            (Self::Kind, DeValue::Table(table)) => table.len() == 1,
             (Self::OneOf(names), DeValue::Table(table)) => {
                 table.len() == 1 && names.iter().any(|name| table.contains_key(*name))
             }
@@ -109,6 +104,7 @@ impl Shape {
             Self::Text => "a string".to_owned(),
             Self::WholeNumber => "a whole number".to_owned(),
             Self::Table => "a table".to_owned(),
+            Self::Kind => "a table with one kind".to_owned(),
             Self::OneOf(names) => format!("a table with one of {}", names.join(", ")),
         }
     }
@@ -222,6 +218,8 @@ mod tests {
             CONSTANT | [water]\ncurrent = {east_mps = 0.12} | water.current: a table with east_mps is not |
             MOWER | [auvs.path]\nwaypoints = [[0, 0], [100, 0]] | auvs[0].path.waypoints: [[0, 0], [100, 0]] is not a table | POINTS
             MOWER | path = [[0, 0], [100, 0]] | auvs[0].path: [[0, 0], [100, 0]] is not a table with one of lawn_mower, waypoints |
+            goal.track | goal.trck | surface_craft.goal: unknown variant `trck`, expected one of `track`, `intermittent` |
+            [surface_craft.goal.track] | [surface_craft.goal.track]\nauv = "auv-1"\n[surface_craft.goal.midpoint] | goal: a table with midpoint, track is not a table with one kind |
             east_mps = 0.12 | east_mps = 9 | water.current.constant.east_mps: 9 is outside -3 to 3 m/s |
             "#,
         ) {

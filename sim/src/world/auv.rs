@@ -192,7 +192,7 @@ impl SimulatedAuv {
         self.reference_for(&self.command())
     }
 
-    /// By the path-following law at the estimated position, or by the fault.
+    /// The path-following law's command at the estimated position, or the fault's.
     fn command(&self) -> PathCommand {
         let heading_rate = match self.behaviour {
             Behaviour::FollowsPath => {

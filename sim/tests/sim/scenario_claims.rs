@@ -292,7 +292,7 @@ fn faults_make_the_position_drift_until_gnss_returns() {
             let record = flown_by(&scenario, &mut los(), seed);
             let error = |at: usize| craft(&record.rows[at]).known.position - craft(&record.rows[at]).position;
             let jump = |at: usize| (error(at) - error(at - 1)).norm();
-            // With GNSS the error changes by 0.8 √(1 − e^(−2/60)) = 0.145 m a second (σ, each axis).
+            // With GNSS the error changes by 0.8 √(1 − e^(−2/60)) = 0.145 m/s (σ, each axis).
             assert!((1..700).all(|at| jump(at) < 1.0));
             jump(880)
         })

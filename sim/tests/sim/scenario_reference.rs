@@ -1,97 +1,68 @@
 //! The reference of keys in `docs/scenario-keys.md` matches the schema.
 
-use std::fs;
+use std::{collections::BTreeMap, fs};
 
 use pilotfish_sim::scenario::Scenario;
 use serde_json::Value;
 
-use self::form::{Form, counts, is_number, is_point, kind, list_of, number, split_default};
-use self::page::text;
-
-mod form;
-mod page;
-
 const DOCUMENT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scenario-keys.md");
 const BEGIN: &str = "<!-- keys -->\n";
 const END: &str = "<!-- /keys -->\n";
-/// Documented as the planner's levers.
-const LEVERS: &str = "surface_craft.tuning";
-/// Documented as the planner's tuned numbers.
-const NUMBERS: &str = "surface_craft.parameters";
+/// Documented as the planner's levers, and as its tuned numbers.
+const ELSEWHERE: [&str; 3] = ["surface_craft.craft", "surface_craft.tuning", "surface_craft.parameters"];
+/// Ranges of places, lengths and angles, which the page states once.
+const USUAL: [&str; 3] = ["-100000 to 100000", "0.01 to 100000", "-6.283185307179586 to 6.283185307179586"];
 /// Any value of this variable writes the reference anew.
 const UPDATE: &str = "UPDATE_DOCS";
 
-/// A key of the reference.
-#[derive(Debug)]
-struct Row {
-    key: String,
-    /// Type and range, without those that the key's name states.
-    value: String,
-    presence: Presence,
-    meaning: String,
-}
-
-#[derive(Debug, PartialEq)]
-enum Presence {
-    Required,
-    /// One of several tables.
-    Variant,
-    /// With its default.
-    Optional(String),
-}
-
 struct Reference {
     definitions: Value,
-    rows: Vec<Row>,
+    /// The lines of each table.
+    tables: BTreeMap<String, String>,
 }
 
 impl Reference {
-    /// The properties of an object with their contents. `prefix` is empty or ends in a dot.
-    fn object(&mut self, prefix: &str, object: &Value) {
-        let required = object["required"].as_array().map_or(&[][..], Vec::as_slice);
-        for (name, value) in object["properties"].as_object().into_iter().flatten() {
-            let needed = required.iter().any(|required| required == name);
-            self.member(&format!("{prefix}{name}"), value, needed);
-        }
+    fn add(&mut self, key: &str, details: &[String], meaning: &str) {
+        assert!(!meaning.is_empty(), "{key}: what does it mean?");
+        let (table, name) = key.split_once('.').unwrap_or(("", key));
+        let details: Vec<&str> =
+            details.iter().map(String::as_str).filter(|detail| !detail.is_empty()).collect();
+        let details = if details.is_empty() { String::new() } else { format!(" ({})", details.join("; ")) };
+        let line = format!("- `{name}`{details}: {}\n", meaning.replace('\n', " "));
+        *self.tables.entry(table.to_owned()).or_default() += &line;
     }
 
-    fn member(&mut self, key: &str, value: &Value, required: bool) {
-        let inside = self.resolved(value);
-        let described = value["description"].as_str().or(inside["description"].as_str());
-        let (meaning, stated) = split_default(described.unwrap_or_default());
-        let default = stated.or_else(|| value.get("default").map(Value::to_string));
-        let presence =
-            if required { Presence::Required } else { Presence::Optional(default.unwrap_or_default()) };
-        let form = if key == NUMBERS { Form::default() } else { self.form(&inside) };
-        self.rows.push(Row {
-            key: key.to_owned(),
-            value: form.value(),
-            presence,
-            meaning: form.without_unit(&meaning),
-        });
-        if key != LEVERS {
-            self.inside(key, &inside);
+    /// The properties of an object with their contents. `prefix` is empty or ends in a dot.
+    fn object(&mut self, prefix: &str, object: &Value) {
+        for (name, value) in object["properties"].as_object().into_iter().flatten() {
+            let key = format!("{prefix}{name}");
+            let required =
+                object["required"].as_array().is_some_and(|required| required.contains(&name[..].into()));
+            let inside = self.resolved(value);
+            let meaning = value["description"].as_str().or(inside["description"].as_str());
+            let meaning = &meaning.unwrap_or_default().replace('\n', " ");
+            let is_said = required || meaning.contains("left out");
+            let default = value.get("default").filter(|_| !is_said).map(|value| format!("default: {value}"));
+            assert!(is_said || default.is_some(), "{key}: what is it if left out?");
+            let is_here = !ELSEWHERE.contains(&&*key);
+            let form = if is_here { self.form(&inside) } else { String::new() };
+            self.add(&key, &[form, default.unwrap_or_default()], meaning);
+            if is_here {
+                self.inside(&key, &inside);
+            }
         }
     }
 
     /// The contents of an object, a choice of objects or a list of either.
     fn inside(&mut self, key: &str, value: &Value) {
-        if value["properties"].is_object() {
-            self.object(&format!("{key}."), value);
-        }
+        self.object(&format!("{key}."), value);
         if is_number(value) {
             return;
         }
         for variant in value["oneOf"].as_array().into_iter().flatten() {
             for (name, table) in variant["properties"].as_object().into_iter().flatten() {
                 let key = format!("{key}.{name}");
-                let meaning = variant["description"].as_str().unwrap_or_default();
-                self.rows.push(Row {
-                    key: key.clone(),
-                    value: String::new(),
-                    presence: Presence::Variant,
-                    meaning: meaning.replace('\n', " "),
-                });
+                self.add(&key, &[], variant["description"].as_str().unwrap_or_default());
                 self.inside(&key, &self.resolved(table));
             }
         }
@@ -100,12 +71,17 @@ impl Reference {
         }
     }
 
-    fn form(&self, value: &Value) -> Form {
+    /// Type and range of a value, without those that the key's name states.
+    fn form(&self, value: &Value) -> String {
         if is_number(value) {
-            return number(value);
+            // `0 to 5 m/s; drawn anew …`.
+            let words = value["description"].as_str().expect("is described").split_whitespace();
+            let range = words.take(3).collect::<Vec<_>>().join(" ");
+            let range = range.trim_end_matches(';');
+            return if USUAL.contains(&range) { "" } else { range }.replace("3.141592653589793", "π");
         }
         if is_point(value) {
-            return number(&self.resolved(&value["items"])).called("[north, east]");
+            return "[north, east]".to_owned();
         }
         if let Some(choices) = value["oneOf"].as_array() {
             let words = choices.iter().filter_map(|choice| choice["const"].as_str());
@@ -113,26 +89,26 @@ impl Reference {
             if names.len() < choices.len() {
                 names.push("one of these".to_owned());
             }
-            return Form::default().called(names.join(", "));
+            return names.join(", ");
         }
         let each = |items: &Value| self.form(&self.resolved(items));
-        match kind(value) {
-            "object" if value["properties"].is_object() => Form::default(),
-            "object" => each(&value["additionalProperties"]).called("by AUV"),
-            "array" => {
-                let each = each(&value["items"]);
-                let kind = format!("list{}{}", list_of(&each.kind), counts(value));
-                each.called(kind)
-            }
-            "integer" => {
-                let mut form = Form::default().called("whole number");
-                if let [Some(least), Some(most)] = ["minimum", "maximum"].map(|end| value[end].as_i64()) {
-                    form.range = format!("{least} to {most}");
-                }
-                form
-            }
-            "boolean" => Form::default(),
-            "string" => Form::default().called("text"),
+        let ends = |names: [&str; 2]| match names.map(|name| value[name].as_i64()) {
+            [Some(least), Some(most)] => format!(", {least} to {most}"),
+            [Some(least), None] => format!(", {least} at least"),
+            [None, Some(most)] => format!(", {most} at most"),
+            [None, None] => String::new(),
+        };
+        let kind = value["type"].as_array().map_or(&value["type"], |kinds| &kinds[0]);
+        match kind.as_str().unwrap_or("nothing") {
+            "object" if value["properties"].is_object() => String::new(),
+            "object" => format!("by AUV, {}", each(&value["additionalProperties"])),
+            "array" => match &*each(&value["items"]) {
+                "" | "one of these" => format!("list{}", ends(["minItems", "maxItems"])),
+                kind => format!("list of {kind}{}", ends(["minItems", "maxItems"])),
+            },
+            "integer" => format!("whole number{}", ends(["minimum", "maximum"])),
+            "boolean" => String::new(),
+            "string" => "text".to_owned(),
             other => panic!("a form that the reference does not know: {other} in {value}"),
         }
     }
@@ -152,23 +128,25 @@ impl Reference {
     }
 }
 
-fn reference() -> (Vec<Row>, String) {
-    let schema = Scenario::schema();
-    let (definitions, rows) = (schema["$defs"].clone(), vec![]);
-    let mut reference = Reference { definitions, rows };
-    reference.object("", &schema);
-    let text = text(&reference.rows);
-    (reference.rows, text)
+/// A number that may be a distribution.
+fn is_number(value: &Value) -> bool {
+    value["oneOf"][0]["type"] == "number"
+}
+
+fn is_point(value: &Value) -> bool {
+    value["items"]["$ref"] == "#/$defs/Coordinate"
 }
 
 #[test]
 fn the_reference_of_keys_matches_the_schema() {
-    let (rows, reference) = reference();
-    for row in &rows {
-        let unsaid = Presence::Optional(String::new());
-        assert_ne!(row.presence, unsaid, "{}: what is it if left out?", row.key);
-        assert!(!row.meaning.is_empty(), "{}: what does it mean?", row.key);
-    }
+    let schema = Scenario::schema();
+    let mut reference = Reference { definitions: schema["$defs"].clone(), tables: BTreeMap::new() };
+    reference.object("", &schema);
+    let tables = reference.tables.into_iter().map(|(name, lines)| {
+        let title = if name.is_empty() { String::new() } else { format!("\n## `{name}`\n\n") };
+        title + &lines
+    });
+    let reference: String = tables.collect();
     let document = fs::read_to_string(DOCUMENT).expect("there");
     let (before, rest) = document.split_once(BEGIN).expect("has a reference");
     let (written, after) = rest.split_once(END).expect("has a reference");
@@ -177,40 +155,4 @@ fn the_reference_of_keys_matches_the_schema() {
         return;
     }
     assert!(written == reference, "write it anew: just scenario-keys");
-}
-
-#[test]
-fn every_key_of_the_built_in_scenarios_is_in_the_reference() {
-    fn walk(key: &str, value: &toml::Value, found: &mut Vec<String>) {
-        match value {
-            toml::Value::Table(table) => {
-                for (name, value) in table {
-                    let dot = if key.is_empty() { "" } else { "." };
-                    found.push(format!("{key}{dot}{name}"));
-                    walk(&format!("{key}{dot}{name}"), value, found);
-                }
-            }
-            toml::Value::Array(items) => {
-                for item in items {
-                    walk(&format!("{key}[]"), item, found);
-                }
-            }
-            _ => {}
-        }
-    }
-    let (rows, _) = reference();
-    let known: Vec<&str> = rows.iter().map(|row| row.key.as_str()).collect();
-    for name in Scenario::names() {
-        let text = Scenario::text(name).expect("listed");
-        let mut found = vec![];
-        walk("", &toml::from_str(text).expect("is TOML"), &mut found);
-        for key in found {
-            // Distributions and names of vehicles are not keys of the format.
-            let (table, last) = key.rsplit_once('.').unwrap_or(("", &key));
-            let is_by_auv = [".slots_s", ".weights", ".serve_by_s"].iter().any(|end| table.ends_with(end));
-            let chosen = ["uniform", "normal", "choice"].contains(&last);
-            let is_known = known.contains(&key.as_str()) || (is_by_auv && known.contains(&table));
-            assert!(chosen || is_known, "{name}: {key}");
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! Missions with and without faults: the raised alarms, their delays, and the absence of others.
 
-use std::{collections::BTreeSet, f64::consts::TAU};
+use std::{collections::BTreeSet, f64::consts::TAU, mem::discriminant};
 
 use planner::angle::wrap;
 
@@ -212,34 +212,20 @@ fn place(position: &Vector2<f64>) -> Origin {
     }
 }
 
-/// `measured`, with `position` (north, east), m, in place of every position.
-fn at(position: Vector2<f64>, measured: CraftMeasurement) -> CraftMeasurement {
-    match measured {
-        CraftMeasurement::Position(_) => CraftMeasurement::Position(place(&position)),
-        other => other,
-    }
+/// `other` in place of what is `measured`, if it is of the same kind.
+fn instead(other: CraftMeasurement, measured: CraftMeasurement) -> CraftMeasurement {
+    if discriminant(&other) == discriminant(&measured) { other } else { measured }
 }
 
-/// The same with that velocity.
-fn moving(velocity: Vector2<f64>, measured: CraftMeasurement) -> CraftMeasurement {
-    match measured {
-        CraftMeasurement::GroundVelocity(_) => CraftMeasurement::GroundVelocity(velocity),
-        other => other,
-    }
+/// `measured`, with `position` (north, east), m, in place of every position.
+fn at(position: Vector2<f64>, measured: CraftMeasurement) -> CraftMeasurement {
+    instead(CraftMeasurement::Position(place(&position)), measured)
 }
 
 /// The same with headings that far off, rad.
 fn turned(by: f64, measured: CraftMeasurement) -> CraftMeasurement {
     match measured {
         CraftMeasurement::Heading(heading) => CraftMeasurement::Heading(wrap(heading + by)),
-        other => other,
-    }
-}
-
-/// The same with that heading, rad.
-fn heading(frozen: f64, measured: CraftMeasurement) -> CraftMeasurement {
-    match measured {
-        CraftMeasurement::Heading(_) => CraftMeasurement::Heading(frozen),
         other => other,
     }
 }
@@ -299,7 +285,8 @@ fn a_receiver_frozen_at_the_berth_is_detected_at_departure() {
 fn a_receiver_frozen_in_all_values_is_detected_by_the_references() {
     let mut mission = Mission::straight_on_after(Sensors::Filter, 2, 30);
     let frozen = mission.position;
-    let mut stays = |_: &Mission, measured| moving(Vector2::zeros(), at(frozen, measured));
+    let still = CraftMeasurement::GroundVelocity(Vector2::zeros());
+    let mut stays = |_: &Mission, measured| instead(still, at(frozen, measured));
     // 10 m at 1 m/s.
     mission.raises_within(12.0, Alarm::NoWay, &mut stays);
     mission.raises_within(21.0, Alarm::PositionFrozen, &mut stays);
@@ -382,7 +369,7 @@ fn a_velocity_that_contradicts_the_positions_is_not_used() {
         (Sensors::Filter, Vector2::new(0.0, -1.5)),
     ] {
         let mut mission = Mission::straight_on_after(sensors, 11, 50);
-        let mut stuck = |_: &Mission, measured| moving(wrong, measured);
+        let mut stuck = |_: &Mission, measured| instead(CraftMeasurement::GroundVelocity(wrong), measured);
         mission.raises_within(20.0, Alarm::VelocityContradicts, &mut stuck);
         for _ in 0..30 {
             mission.step(&mut stuck);
@@ -398,11 +385,9 @@ fn the_state_survives_two_seconds_of_a_wrong_velocity() {
     for sensors in ALL {
         let mut mission = Mission::new(sensors, 12);
         mission.nominal(100);
+        let wrong = CraftMeasurement::GroundVelocity(Vector2::new(-15.0, 9.0));
         for step in 0..6_020 {
-            mission.step(&mut |_, measured| match step {
-                0..20 => moving(Vector2::new(-15.0, 9.0), measured),
-                _ => measured,
-            });
+            mission.step(&mut |_, measured| if step < 20 { instead(wrong, measured) } else { measured });
             assert!(mission.state.newest().is_some());
             assert!(mission.state.current.current.norm() < 1.0);
         }
@@ -419,7 +404,7 @@ fn a_frozen_heading_of_a_turning_craft_is_not_used() {
         let mut is_raised = false;
         while !is_raised && mission.now_s() < start_s + within_s {
             mission.requested.heading = wrap(mission.heading + 0.3);
-            let mut stays = |_: &Mission, measured| heading(frozen, measured);
+            let mut stays = |_: &Mission, measured| instead(CraftMeasurement::Heading(frozen), measured);
             is_raised = mission.detection(1.0, Alarm::HeadingFrozen, &mut stays).is_some();
         }
         assert!(is_raised, "{sensors:?}");
@@ -500,10 +485,7 @@ fn a_mirrored_yaw_is_named_at_the_first_turn_and_is_invisible_on_a_northern_cour
 #[test]
 fn a_yaw_rate_that_is_always_zero_contradicts_no_heading() {
     let mut mission = Mission::new(Sensors::Filter, 18);
-    let mut unmeasured = |_: &Mission, measured| match measured {
-        CraftMeasurement::YawRate(_) => CraftMeasurement::YawRate(0.0),
-        other => other,
-    };
+    let mut unmeasured = |_: &Mission, measured| instead(CraftMeasurement::YawRate(0.0), measured);
     mission.requested.heading = 1.5;
     mission.requested_until_s = f64::INFINITY;
     let found = mission.detection(59.0, Alarm::HeadingContradicts, &mut unmeasured);
@@ -532,12 +514,12 @@ fn a_position_that_drifts_from_the_velocity_at_half_a_metre_per_second_is_named(
 fn a_compass_frozen_on_a_straight_course_is_named_by_a_gyro_in_waves_or_at_the_first_turn() {
     let mut with_gyro = Mission::straight_on_after(Sensors::Filter, 20, 50);
     let frozen = with_gyro.heading;
-    let mut stays = |_: &Mission, measured| heading(frozen, measured);
+    let mut stays = |_: &Mission, measured| instead(CraftMeasurement::Heading(frozen), measured);
     with_gyro.raises_within(12.0, Alarm::HeadingFrozen, &mut stays);
 
     let mut without = Mission::straight_on_after(Sensors::Receiver(1.5), 20, 50);
     let frozen = without.heading;
-    let mut stays = |_: &Mission, measured| heading(frozen, measured);
+    let mut stays = |_: &Mission, measured| instead(CraftMeasurement::Heading(frozen), measured);
     assert_eq!(without.detection(45.0, Alarm::HeadingFrozen, &mut stays), None);
     without.requested.heading = 2.5;
     without.raises_within(15.0, Alarm::HeadingFrozen, &mut stays);

@@ -31,8 +31,8 @@ const STATE_INTERVAL_S: f64 = 1.0;
 
 /// Time that an improvement lasts before it is told, s.
 const BETTER_S: f64 = 1.0;
-/// Time that an improvement after an alarm or a reservation lasts before the ground station is told,
-/// s: an alarm that comes and goes is one alarm (as in ISA-18.2).
+/// Time that an improvement after an alarm or a reservation lasts before the ground station is
+/// told, s: an alarm that comes and goes is one alarm (as in ISA-18.2).
 const CLEAR_S: f64 = 10.0;
 
 /// Time between two texts to the ground station, s: of a lasting alarm, and of a changing cause or
@@ -180,7 +180,7 @@ impl<'a> Facts<'a> {
         parts.join(", ")
     }
 
-    /// The plan in words, with the reference as it is sent. Of a plan that is too old, only its age.
+    /// The plan in words, with the reference as it is sent; its age alone if it is too old.
     fn plan_parts(self, plan: &Plan) -> Vec<String> {
         let age = self.now - plan.planned.planned_s;
         let mut parts = Vec::new();

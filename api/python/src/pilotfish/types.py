@@ -36,8 +36,8 @@ class Access(TypedDict):
 class Acoustics(TypedDict):
     """Limits of the acoustic link."""
 
-    # Largest slant range to each underwater vehicle, m, from 1 to 20 000. Horizontally the planner subtracts 1.73
-    # times the vehicle's `position_sigma_m`, so that the range holds for nearly all its possible positions.
+    # Largest slant range to each underwater vehicle, m. Horizontally the planner subtracts 1.73 times the vehicle's
+    # `position_sigma_m`, so that the range holds for nearly all its possible positions. From 1 to 20000.
     range_max_m: float
 
 
@@ -71,7 +71,7 @@ class Asc(TypedDict):
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: NotRequired[float]
-    # Surge speed through the water, m/s, positive ahead.
+    # Surge speed through the water, m/s, positive ahead. From -5 to 20.
     speed_mps: float
     # Sway speed through the water, m/s, positive to starboard. Default: 0.
     sway_mps: NotRequired[float]
@@ -121,7 +121,7 @@ class AuvState(TypedDict):
     # Covariance of north, east, north velocity and east velocity at that time, row by row, in m², m²/s and m²/s²;
     # symmetric, no eigenvalue negative. Default: unknown.
     covariance: NotRequired[list[list[float]] | None]
-    # Depth, m, positive down.
+    # Depth, m, positive down. From -10 to 12000.
     depth_m: float
     # Position east of the datum, m.
     east_m: NotRequired[float]
@@ -131,7 +131,7 @@ class AuvState(TypedDict):
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: NotRequired[float]
-    # Horizontal speed over ground, m/s, never negative.
+    # Horizontal speed over ground, m/s, never negative. From 0 to 10.
     speed_mps: float
     # Rate of turn of the course, rad/s, positive clockwise. Default, also for 0: from the courses of this state and
     # of the one in `previous_plan.targets`, else 0.
@@ -226,14 +226,14 @@ class Craft(TypedDict):
     power: NotRequired[Power | None]
     # Name of a known craft (from `GET /v1/crafts`) for omitted members; none if left out.
     preset: NotRequired[str | None]
-    # Relative standard deviation of the given numbers; 0 if exact; 0.15 if left out.
+    # Relative standard deviation of the given numbers; 0 if exact; 0.15 if left out. From 0 to 2.
     relative_uncertainty: NotRequired[float | None]
     # Kind of speed reference; the preset's if left out.
     speed_held: NotRequired[SpeedReference | None]
     # Response of the speed loop; the preset's if left out.
     surge_loop: NotRequired[SurgeLoop | None]
     # Sway per surge and yaw rate k_β, s, positive if the craft drifts outwards in a turn: sway =
-    # −`sway_per_yaw_rate_s` · surge · yaw rate; the preset's if left out.
+    # −`sway_per_yaw_rate_s` · surge · yaw rate; the preset's if left out. From -5 to 20.
     sway_per_yaw_rate_s: NotRequired[float | None]
 
 
@@ -326,18 +326,18 @@ class CurrentReference(TypedDict):
 class Dive(TypedDict):
     """A sawtooth dive: down to the largest depth, up to the least, and again."""
 
-    # Depth at which a dive ends, m, at least 0.5 below `depth_min_m`, to 12000.
+    # Depth at which a dive ends, m, at least 0.5 below `depth_min_m`. From 0.5 to 12000.
     depth_max_m: float
-    # Depth at which a climb ends, m, positive down, from 0.
+    # Depth at which a climb ends, m, positive down, from 0. From 0 to 11999.5.
     depth_min_m: float
     # `true` if the vehicle was descending, nose down, at the time of its `state`. If unknown, its depth is forecast
     # as the mean of both cases.
     descending: NotRequired[bool | None]
-    # Pitch of both legs, rad, positive, from 0.05 to 1.4. With the horizontal speed through the water it gives the
-    # speed along the body, which is constant through reversals.
+    # Pitch of both legs, rad, positive. With the horizontal speed through the water it gives the speed along the
+    # body, which is constant through reversals. From 0.05 to 1.4.
     pitch_rad: float
-    # Duration of a reversal, s, from 0.1 to 120: from passing the depth that ends a leg to passing it again.
-    # Default: 3.6.
+    # Duration of a reversal, s: from passing the depth that ends a leg to passing it again. Default: 3.6. From 0.1
+    # to 120.
     reversal_s: NotRequired[float | None]
 
 
@@ -493,9 +493,9 @@ class Figure(TypedDict):
     phase_rad: float
     # Rate of the phase, rad/s: positive clockwise, which keeps the vehicles to starboard.
     rate_radps: float
-    # Semi-axis along the axis, m.
+    # Semi-axis along the axis, m. From 0 to 1e+06.
     semi_ahead_m: float
-    # Semi-axis across it, m.
+    # Semi-axis across it, m. From 0 to 1e+06.
     semi_starboard_m: float
     # One sentence that explains the figure to the operator.
     sentence: str
@@ -526,7 +526,7 @@ class GoalIntermittent(TypedDict):
 
     # The vehicles to follow, in order.
     auvs: list[str]
-    # Time with each vehicle, s.
+    # Time with each vehicle, s. From 1 to 1e+06.
     dwell_s: float
     # Start of the first dwell at the first vehicle, s on the craft's clock.
     epoch_s: float
@@ -545,18 +545,18 @@ class GoalLocalise(TypedDict):
     costs_now: NotRequired[dict[str, float] | None]
     # Measurement between each vehicle and the craft; `range` if left out.
     fixes: NotRequired[Fixes | None]
-    # Growth of a vehicle's variance along either axis between measurements, m²/s.
+    # Growth of a vehicle's variance along either axis between measurements, m²/s. From 1e-06 to 1e+06.
     growth_m2ps: float
-    # Time between two measurements of a vehicle, s; 10 if left out.
+    # Time between two measurements of a vehicle, s; 10 if left out. From 0.1 to 3600.
     interval_s: NotRequired[float | None]
     kind: Literal["localise"]
     # The mean of the variances counts, or the largest; `mean` if left out.
     reduce: NotRequired[Reduce | None]
-    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
+    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out. From 0.001 to 100000.
     sigma_m: NotRequired[float | None]
-    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Not for ranges. From 0 to 1.
     sigma_rad: NotRequired[float | None]
-    # Least horizontal distance to each of the vehicles, m; 0 if left out.
+    # Least horizontal distance to each of the vehicles, m; 0 if left out. From 0 to 1000.
     stand_off_m: NotRequired[float | None]
     # Relative weight of each vehicle's variance; 1 if left out. 0 excludes a vehicle.
     weights: NotRequired[dict[str, float] | None]
@@ -599,7 +599,7 @@ class GoalRange(TypedDict):
     kind: Literal["range"]
     # Desired position relative to the followed point. Default: right above it.
     offset: NotRequired[Offset | None]
-    # Largest slant range to each vehicle, m.
+    # Largest slant range to each vehicle, m. From 1 to 20000.
     range_m: float
 
 
@@ -630,7 +630,7 @@ class GoalVisit(TypedDict):
     # Known present costs, by name, in the unit of the cost, for example from a modem that counts uploaded data;
     # those in `previous_plan`, advanced to now, else of vehicles just served if left out.
     costs_now: NotRequired[dict[str, float] | None]
-    # Least time with a vehicle, s; 0 for `age`, else 30 if left out, 90 for ranges.
+    # Least time with a vehicle, s; 0 for `age`, else 30 if left out, 90 for ranges. From 0 to 3600.
     dwell_min_s: NotRequired[float | None]
     kind: Literal["visit"]
     # The vehicle to visit next, until `previous_plan` says that its visit is over; that of least cost if left out.
@@ -643,7 +643,7 @@ class GoalVisit(TypedDict):
     serve_by_s: NotRequired[dict[str, float] | None]
     # Relative weight of each vehicle's cost; 1 if left out. 0 excludes a vehicle.
     weights: NotRequired[dict[str, float] | None]
-    # Largest horizontal distance of service, m; 20 if left out, 40 for ranges.
+    # Largest horizontal distance of service, m; 20 if left out, 40 for ranges. From 1 to 5000.
     within_m: NotRequired[float | None]
 
 
@@ -660,16 +660,17 @@ class GoalWeighted(TypedDict):
 class HeadingLoop(TypedDict):
     """Response of a heading loop: a time constant, or a natural frequency and a damping ratio."""
 
-    # Damping ratio; needs `natural_frequency_radps`; the preset's if left out.
+    # Damping ratio; needs `natural_frequency_radps`; the preset's if left out. From 0.1 to 5.
     damping: NotRequired[float | None]
-    # Delay of a reference, s; the preset's if left out.
+    # Delay of a reference, s; the preset's if left out. From 0 to 10.
     delay_s: NotRequired[float | None]
-    # Natural frequency of a second-order response, rad/s, with `damping`; the preset's if left out.
+    # Natural frequency of a second-order response, rad/s, with `damping`; the preset's if left out. From 0.02 to
+    # 20.
     natural_frequency_radps: NotRequired[float | None]
-    # Largest yaw rate of the loop, rad/s; the preset's if left out.
+    # Largest yaw rate of the loop, rad/s; the preset's if left out. From 0.001 to 3.
     rate_max_radps: NotRequired[float | None]
     # Time constant of a first-order response, s. Excludes `natural_frequency_radps` and `damping`; the preset's if
-    # left out.
+    # left out. From 0 to 60.
     time_constant_s: NotRequired[float | None]
 
 
@@ -710,7 +711,7 @@ class KeepOut(TypedDict):
     lon_deg: NotRequired[float | None]
     # Its centre, north of the datum, m.
     north_m: NotRequired[float]
-    # Its radius, m, from 0.1 to 10 000.
+    # Its radius, m. From 0.1 to 10000.
     radius_m: float
 
 
@@ -728,11 +729,11 @@ class LastSteering(TypedDict):
 class LawGains(TypedDict):
     """Gains of a line-of-sight law."""
 
-    # Along-track gain, 1/s.
+    # Along-track gain, 1/s. From 0.001 to 10.
     along_track_gain_per_s: float
-    # Integral gain, m/s, of `integral_los`. Default: the planner's.
+    # Integral gain, m/s, of `integral_los`. Default: the planner's. From 0.0001 to 10.
     integral_gain_mps: NotRequired[float | None]
-    # Look-ahead distance, m.
+    # Look-ahead distance, m. From 0.1 to 1000.
     look_ahead_m: float
 
 
@@ -752,26 +753,26 @@ LeftOut: TypeAlias = Literal["silent", "out_of_reach", "too_deep"]
 class Leg(TypedDict):
     """A vehicle's motion on a leg, to the end of the turn at its last point."""
 
-    # Depth, m, positive down, to 12000. Default: unchanged. A `dive` overrides it.
+    # Depth, m, positive down. Default: unchanged. A `dive` overrides it. From 0 to 12000.
     depth_m: NotRequired[float | None]
-    # Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.
+    # Horizontal speed through the water, m/s. Default: the path's. From 0.01 to 10.
     speed_mps: NotRequired[float | None]
 
 
 class Limits(TypedDict):
     """Limits that the operator sets for the surface craft."""
 
-    # Largest acceleration ahead, m/s². Default: the craft's.
+    # Largest acceleration ahead, m/s². Default: the craft's. From 0.001 to 5.
     acceleration_max_mps2: NotRequired[float | None]
-    # Largest deceleration, m/s², positive. Default: the craft's.
+    # Largest deceleration, m/s², positive. Default: the craft's. From 0.001 to 5.
     deceleration_max_mps2: NotRequired[float | None]
     # Fastest speed reference, m/s: through the water, or over ground if held. Default: 1.5.
     speed_max_mps: NotRequired[float | None]
-    # Slowest speed reference through the water, m/s. Default: 0.05.
+    # Slowest speed reference through the water, m/s. Default: 0.05. From 0 to 2.
     speed_min_mps: NotRequired[float | None]
     # Time constant of the surge loop, s; `craft` overrides it. Default: the craft's.
     surge_lag_s: NotRequired[float | None]
-    # Largest yaw rate, rad/s. Default: the craft's.
+    # Largest yaw rate, rad/s. Default: the craft's. From 0.01 to 3.
     turn_rate_max_radps: NotRequired[float | None]
 
 
@@ -784,8 +785,8 @@ class Live(TypedDict):
     area: NotRequired[list[list[float] | Origin]]
     # The underwater vehicles, 1 to 16, with their known paths and dives.
     auvs: list[LiveAuv]
-    # For rehearsals: seconds of the mission's clock per second, from 1 to 60. Default: 1. The clock shows
-    # `created_s + clock_rate · (Unix time − created_s)`.
+    # For rehearsals: seconds of the mission's clock per second. Default: 1. The clock shows `created_s + clock_rate
+    # · (Unix time − created_s)`. From 1 to 60.
     clock_rate: NotRequired[float]
     # Closed-loop response of the surface craft, as in a snapshot.
     craft: NotRequired[Craft | None]
@@ -804,9 +805,9 @@ class Live(TypedDict):
     # Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in latitude and
     # longitude, while the mission has no position in metres.
     origin: NotRequired[Origin | None]
-    # Time between two plans, s, from 0.5 to 60. Default: 1.
+    # Time between two plans, s. Default: 1. From 0.5 to 60.
     period_s: NotRequired[float]
-    # Horizontal distance to keep from surfacing vehicles, as in a snapshot.
+    # Horizontal distance to keep from surfacing vehicles, as in a snapshot. From 0.5 to 100.
     surfacing_separation_m: NotRequired[float | None]
     # The planner's levers, as in a snapshot.
     tuning: NotRequired[Tuning | None]
@@ -977,7 +978,7 @@ class OffsetPolar(TypedDict):
     # Bearing, rad, clockwise from north.
     bearing_rad: NotRequired[float]
     frame: Literal["polar"]
-    # Distance, m.
+    # Distance, m. From 0 to 1000.
     range_m: float
 
 
@@ -1056,7 +1057,7 @@ class Path(TypedDict):
     # Segments in order. Each begins where the previous one ends, in the same direction, to a millimetre and a
     # milliradian. At most 10,000; every way-point counts as one.
     segments: list[Segment]
-    # Horizontal speed through the water, m/s, from 0.01 to 10, on legs without their own.
+    # Horizontal speed through the water, m/s, on legs without their own. From 0.01 to 10.
     speed_mps: float
 
 
@@ -1110,9 +1111,9 @@ class PlanRequest(TypedDict):
     # without a ground velocity, the estimate from positions and speed through the water, else the current of
     # `previous_plan`, else 0.
     current: NotRequired[Current | None]
-    # Deadline of the answer, ms after the request's head arrived, from 0.05 to 60 000. Programs solved by then
-    # compete for the answer; if there are none, `fallback` applies. Default and maximum: the service's deadline,
-    # 1000 unless configured.
+    # Deadline of the answer, ms after the request's head arrived. Programs solved by then compete for the answer;
+    # if there are none, `fallback` applies. Default and maximum: the service's deadline, 1000 unless configured.
+    # From 0.05 to 60000.
     deadline_ms: NotRequired[float | None]
     # Behaviour without a solved program, or if the goal's last report is too old. Default: `los`.
     fallback: NotRequired[Fallback]
@@ -1137,8 +1138,8 @@ class PlanRequest(TypedDict):
     previous_plan: NotRequired[PreviousPlan | None]
     # Version of this shape: `"1.0"`.
     schema_version: Literal["1.0"]
-    # Horizontal distance to keep from each underwater vehicle that may be within 2 m of the surface, m, from 0.5 to
-    # 100. Default: no limit.
+    # Horizontal distance to keep from each underwater vehicle that may be within 2 m of the surface, m. Default: no
+    # limit. From 0.5 to 100.
     surfacing_separation_m: NotRequired[float | None]
     # Present time, s, on any clock that all times of the request share.
     t_s: float
@@ -1300,9 +1301,9 @@ class Plans(TypedDict):
 class Power(TypedDict):
     """Propulsion power at a steady speed u through the water: linear · u + cubic · u³."""
 
-    # Cubic coefficient, W/(m/s)³; 0 if left out.
+    # Cubic coefficient, W/(m/s)³; 0 if left out. From 0 to 1e+06.
     cubic_w_per_mps3: NotRequired[float]
-    # Linear coefficient, W/(m/s); 0 if left out.
+    # Linear coefficient, W/(m/s); 0 if left out. From 0 to 1e+06.
     linear_w_per_mps: NotRequired[float]
 
 
@@ -1425,7 +1426,7 @@ class PreviousCraft(TypedDict):
 
     # Requested heading, rad.
     asked_heading_rad: float
-    # Requested speed through the water, m/s.
+    # Requested speed through the water, m/s. From 0 to 40.
     asked_speed_mps: float
     # Memory of the filters, unchanged; else it is discarded with the warning `memory_not_used`.
     memory: list[float]
@@ -1436,7 +1437,7 @@ class PreviousEstimate(TypedDict):
 
     # Age at the time of the answer, s.
     age_s: float
-    # Depth, m, positive down.
+    # Depth, m, positive down. From -10 to 12000.
     depth_m: float
     # Position east of the datum, m.
     east_m: float
@@ -1479,10 +1480,10 @@ class PreviousPlan(TypedDict):
 class PreviousReference(TypedDict):
     """The reference of the last answer."""
 
-    # Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at most 9.7°, or by
+    # Heading, rad, within ±2π. In a second the next one of `mpc` or `previous_plan` differs by at most 9.7°, or
     # half of the craft's largest turn if that is more, unless a keep-out is ahead.
     heading_rad: NotRequired[float | None]
-    # Speed through the water, m/s.
+    # Speed through the water, m/s. From 0 to 40.
     speed_mps: float
 
 
@@ -1592,7 +1593,7 @@ Report = TypedDict(
         "course_deg": "NotRequired[float | None]",
         # Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
         "course_rad": "NotRequired[float | None]",
-        # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
+        # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it. From -10 to 12000.
         "depth_m": "NotRequired[float | None]",
         # Position east of the datum, m. Required unless `range_m` is given.
         "east_m": "NotRequired[float | None]",
@@ -1605,13 +1606,13 @@ Report = TypedDict(
         "lon_deg": "NotRequired[float | None]",
         # Position north of the datum, m. Required unless `range_m` is given.
         "north_m": "NotRequired[float | None]",
-        # Measured slant range, m, from 0.1 to 20,000, instead of a position. Multipath makes it longer, never shorter.
+        # Measured slant range, m, instead of a position. Multipath makes it longer, never shorter. From 0.1 to 20000.
         "range_m": "NotRequired[float | None]",
-        # Standard deviation of the position along either axis, or of the range with the error of `from`, m, from 0.001
-        # to 100,000. The estimator raises it if the measurements scatter more.
+        # Standard deviation of the position along either axis, or of the range with the error of `from`, m. The
+        # estimator raises it if the measurements scatter more. From 0.001 to 100000.
         "sigma_m": "float",
         # Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes that contradict
-        # course and speed override them.
+        # course and speed override them. From 0 to 10.
         "speed_mps": "NotRequired[float | None]",
         # Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as now. If all
         # reports are older than an hour, only the newest counts.
@@ -1698,7 +1699,7 @@ class RouteOfFile(TypedDict):
 class Run(TypedDict):
     """Parameters of a run."""
 
-    # Seconds of a simulated mission per second, from 0.1 to 1000. Default: as fast as possible.
+    # Seconds of a simulated mission per second. Default: as fast as possible. From 0.1 to 1000.
     speed_factor: NotRequired[float | None]
 
 
@@ -1821,7 +1822,7 @@ class SegmentWaypoints(TypedDict):
     """Straight legs between points, joined by arcs that touch both legs."""
 
     # Radius of every corner, m, for which all legs must have room; 0 only if no leg turns. Without it, corners have
-    # the `turn_radius_m`, or the largest possible radius.
+    # the `turn_radius_m`, or the largest possible radius. From 0 to 1e+06.
     fillet_m: NotRequired[float | None]
     kind: Literal["waypoints"]
     # Speed and depth of every leg, beginning at the first point; for a closed path also of the leg back. Empty if
@@ -1830,7 +1831,7 @@ class SegmentWaypoints(TypedDict):
     # Points where the legs meet. Repeated points are omitted.
     points: list[list[float] | Origin]
     # Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s; with `reports` also at
-    # 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit counts.
+    # 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit counts. From 0.001 to 1e+06.
     turn_radius_m: NotRequired[float | None]
 
 
@@ -1853,7 +1854,7 @@ class ServedVehicle(TypedDict):
     auv: str
     # Its cost now, in `unit`.
     cost: float
-    # Largest horizontal distance from the craft while its reports arrived, m. Default: 0.
+    # Largest horizontal distance from the craft while its reports arrived, m. Default: 0. From 0 to 5e+06.
     heard_within_m: NotRequired[float]
     # Reason why no visit is planned, if it cannot be visited.
     left_out: NotRequired[LeftOut | None]
@@ -1982,7 +1983,7 @@ SteeringState: TypeAlias = Literal["steering", "degraded", "person", "waiting", 
 class Step(TypedDict):
     """Parameters of a step."""
 
-    # Plans to make and follow, from 1 to 60. Default: 1.
+    # Plans to make and follow. Default: 1. From 1 to 60.
     ticks: NotRequired[int]
 
 
@@ -2000,18 +2001,18 @@ class Subproblem(TypedDict):
 class SurgeLoop(TypedDict):
     """Response of a speed loop."""
 
-    # Largest acceleration ahead, m/s²; the preset's if left out.
+    # Largest acceleration ahead, m/s²; the preset's if left out. From 0.001 to 10.
     acceleration_max_mps2: NotRequired[float | None]
-    # Largest deceleration, m/s², positive; the preset's if left out.
+    # Largest deceleration, m/s², positive; the preset's if left out. From 0.001 to 10.
     deceleration_max_mps2: NotRequired[float | None]
-    # Delay of a reference, s; the preset's if left out.
+    # Delay of a reference, s; the preset's if left out. From 0 to 10.
     delay_s: NotRequired[float | None]
-    # Integral time of the loop k_p/k_i, s; the preset's if left out.
+    # Integral time of the loop k_p/k_i, s; the preset's if left out. From 0.5 to 600.
     integral_time_s: NotRequired[float | None]
     # `false`: no integrator winds up noticeably (`integral_time_s` declares one); the preset's or learnt if left
     # out. `null` means omitted.
     integrates: NotRequired[bool | None]
-    # Time constant of the response to a small step, s; the preset's if left out.
+    # Time constant of the response to a small step, s; the preset's if left out. From 0 to 60.
     time_constant_s: NotRequired[float | None]
 
 
@@ -2052,7 +2053,7 @@ class TrajectoryPoint(TypedDict):
     lon_deg: NotRequired[float | None]
     # Position north of the datum, m.
     north_m: float
-    # Speed through the water, m/s.
+    # Speed through the water, m/s. From 0 to 2000.
     speed_mps: float
     # Time, s on the request's clock.
     t_s: float
@@ -2097,22 +2098,22 @@ class Tuning(TypedDict):
     planner's defaults. Prices of limits are not tunable.
     """
 
-    # Weight of the acceleration, 1/(m/s²)², from 0 to 10 000. Default: 100.
+    # Weight of the acceleration, 1/(m/s²)². Default: 100. From 0 to 10000.
     acceleration_weight_per_m2ps4: NotRequired[float | None]
-    # Weight of propulsion energy, 1/J, from 0 to 10. Default: 0, which leaves energy out.
+    # Weight of propulsion energy, 1/J. Default: 0, which leaves energy out. From 0 to 10.
     energy_weight_per_j: NotRequired[float | None]
-    # Weight of the distance to the goal, 1/m², from 0.01 to 10. Default: 1.
+    # Weight of the distance to the goal, 1/m². Default: 1. From 0.01 to 10.
     position_weight_per_m2: NotRequired[float | None]
-    # SCP iterations for each guess, from 1 to 10; times `steps_s`, at most 300. Default: 2.
+    # SCP iterations for each guess; times `steps_s`, at most 300. Default: 2. From 1 to 10.
     scp_iterations: NotRequired[int | None]
     # Lengths of the horizon's intervals, s, in order: 2 to 120, each from 0.1 to 10, together from 5 to 600.
     # Default: 6 of 1, 12 of 2 and 12 of 4.
     steps_s: NotRequired[list[float] | None]
-    # Terminal weight of the distance, 1/m², not per second, from 0 to 100. Default: 10.
+    # Terminal weight of the distance, 1/m², not per second. Default: 10. From 0 to 100.
     terminal_position_weight_per_m2: NotRequired[float | None]
-    # Terminal weight of the relative velocity, 1/(m/s)², not per second, from 0 to 1500. Default: 150.
+    # Terminal weight of the relative velocity, 1/(m/s)², not per second. Default: 150. From 0 to 1500.
     terminal_velocity_weight_per_m2ps2: NotRequired[float | None]
-    # Weight of the velocity over ground relative to the goal's, 1/(m/s)², from 0 to 150. Default: 15.
+    # Weight of the velocity over ground relative to the goal's, 1/(m/s)². Default: 15. From 0 to 150.
     velocity_weight_per_m2ps2: NotRequired[float | None]
 
 
@@ -2238,28 +2239,28 @@ class VisitCostAge(TypedDict):
 class VisitCostData(TypedDict):
     """Data not yet uploaded, kbit."""
 
-    # Rate of gathering, kbit/s.
+    # Rate of gathering, kbit/s. From 0 to 1e+06.
     growth_kbps: float
     kind: Literal["data"]
-    # Slant range at which the rate of upload is 0, m.
+    # Slant range at which the rate of upload is 0, m. From 1 to 20000.
     range_max_m: float
-    # Rate of upload at range 0, kbit/s; linear in the slant range.
+    # Rate of upload at range 0, kbit/s; linear in the slant range. From 0.001 to 1e+06.
     upload_kbps: float
 
 
 class VisitCostUncertainty(TypedDict):
     """Variance of its own navigation, m²; measurements between it and the craft reduce it."""
 
-    # The measurements; `usbl` if left out. For ranges a visit is an arc about the vehicle.
+    # The measurements; `usbl` if left out. With ranges, a visit is an arc.
     fixes: NotRequired[Fixes | None]
-    # Growth of the variance without aid, m²/s.
+    # Growth of the variance without aid, m²/s. From 1e-06 to 1e+06.
     growth_m2ps: float
-    # Time between two fixes, s; 10 if left out.
+    # Time between two fixes, s; 10 if left out. From 0.1 to 3600.
     interval_s: NotRequired[float | None]
     kind: Literal["uncertainty"]
-    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out.
+    # Standard deviation of a range, or of a fix at range 0, m; 1.5 if left out. From 0.001 to 100000.
     sigma_m: NotRequired[float | None]
-    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Ranges do not use it.
+    # Growth of a fix's `sigma_m` with the slant range, rad; 0.02 if left out. Not for ranges. From 0 to 1.
     sigma_rad: NotRequired[float | None]
 
 

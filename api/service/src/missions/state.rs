@@ -289,7 +289,7 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The snapshot for a plan at `now` on the mission's clock, s; `None` while reports are missing.
+    /// The snapshot for a plan at `now`, s on the mission's clock; `None` if reports are missing.
     /// Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
     pub(super) fn snapshot(
         &self,
@@ -352,8 +352,8 @@ fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
     }
 }
 
-/// Interpolates a `track` at `time`, s: position (north, east), m. At an end, the nearest position within
-/// the accepted time.
+/// Interpolates a `track` at `time`, s: position (north, east), m. At an end, the nearest position
+/// within the accepted time.
 fn position_at(track: &[[f64; 3]], time: f64) -> Option<[f64; 2]> {
     let after = track.partition_point(|[then, ..]| *then < time);
     let is_near = |[then, ..]: &&[f64; 3]| (then - time).abs() <= RANGE_FROM_WITHIN;

@@ -16,8 +16,8 @@ const DIRECTED: [&str; 5] = ["Asc", "AuvState", "Report", "Offset", "Vessel"];
 const KINDS: [(&str, &str); 4] =
     [("Goal", "kind"), ("Offset", "frame"), ("VisitCost", "kind"), ("Segment", "kind")];
 
-/// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any goal
-/// but one that localises may have an offset.
+/// Gives each kind a closed schema of its own, to which the discriminator of its shape leads. Any
+/// goal but one that localises may have an offset.
 pub(super) fn name_kinds(document: &mut Value) {
     let schemas = &mut document["components"]["schemas"];
     let named = schemas.as_object_mut().expect("are by name");

@@ -146,11 +146,11 @@ pub struct Live {
     /// Behaviour of the last fallback level, as in a snapshot.
     #[serde(default)]
     pub hold: Hold,
-    /// Time between two plans, s, from 0.5 to 60. Default: 1.
+    /// Time between two plans, s. Default: 1.
     #[serde(default = "unit")]
     pub period_s: f64,
-    /// For rehearsals: seconds of the mission's clock per second, from 1 to 60. Default: 1. The
-    /// clock shows `created_s + clock_rate · (Unix time − created_s)`.
+    /// For rehearsals: seconds of the mission's clock per second. Default: 1. The clock shows
+    /// `created_s + clock_rate · (Unix time − created_s)`.
     #[serde(default = "unit")]
     pub clock_rate: f64,
     /// Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in

@@ -34,7 +34,7 @@ pub struct OrderList {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// Seconds of a simulated mission per second, from 0.1 to 1000. Default: as fast as possible.
+    /// Seconds of a simulated mission per second. Default: as fast as possible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_factor: Option<f64>,
 }
@@ -43,7 +43,7 @@ pub struct Run {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// Plans to make and follow, from 1 to 60. Default: 1.
+    /// Plans to make and follow. Default: 1.
     #[serde(default = "one_tick")]
     pub ticks: u32,
 }

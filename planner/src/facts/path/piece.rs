@@ -15,9 +15,9 @@ use crate::facts::angle::{angle_of, direction, sinc};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Leg {
-    /// Horizontal speed through the water, m/s, from 0.01 to 10. Default: the path's.
+    /// Horizontal speed through the water, m/s. Default: the path's.
     pub speed_mps: Option<f64>,
-    /// Depth, m, positive down, to 12000. Default: unchanged. A `dive` overrides it.
+    /// Depth, m, positive down. Default: unchanged. A `dive` overrides it.
     pub depth_m: Option<f64>,
 }
 

@@ -37,17 +37,17 @@ tagged! {
         Waypoints {
             /// Points where the legs meet. Repeated points are omitted.
             points: Vec<[f64; 2]>,
-            /// Radius of every corner, m, for which all legs must have room; 0 only if no leg turns.
-            /// Without it, corners have the `turn_radius_m`, or the largest possible radius.
+            /// Radius of every corner, m, for which all legs must have room; 0 only if no leg
+            /// turns. Without it, corners have the `turn_radius_m`, or the largest possible radius.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             fillet_m: Option<f64>,
             /// Without `fillet_m`: the vehicle's turn radius, m. Default: its speed at 0.15 rad/s;
-            /// with `reports` also at 0.09 and 0.055 rad/s, corners cut or overshot, and the best fit
-            /// counts.
+            /// with `reports` also at 0.09 and 0.055 rad/s, corners cut or overshot, and the best
+            /// fit counts.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             turn_radius_m: Option<f64>,
-            /// Speed and depth of every leg, beginning at the first point; for a closed path also of
-            /// the leg back. Empty if they do not differ.
+            /// Speed and depth of every leg, beginning at the first point; for a closed path also
+            /// of the leg back. Empty if they do not differ.
             #[serde(default, skip_serializing_if = "Vec::is_empty")]
             legs: Vec<Leg>,
         },

@@ -2,14 +2,12 @@
 
 use super::Check;
 use crate::facts::{
-    auv::Auv,
     localise::{Figure, Localise},
     ranges::{FIGURE, GOAL_LOCALISE, VISIT_COST, WEIGHT},
 };
 
 impl Check {
-    pub(super) fn localise(&mut self, localise: &Localise, auvs: &[Auv]) {
-        self.vehicles(&localise.auvs, auvs);
+    pub(super) fn localise(&mut self, localise: &Localise) {
         let values = [
             localise.growth_m2ps,
             localise.sigma_m,

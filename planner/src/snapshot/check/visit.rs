@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Check;
 use crate::facts::{
-    auv::{Auv, VehicleId},
+    auv::VehicleId,
     field_error::pointer_token,
     ranges::{GOAL_VISIT, SERVED_VEHICLE, TIME, VISIT, VISIT_COST, VISIT_DATA, VISIT_UNCERTAINTY, WEIGHT},
     schedule::Schedule,
@@ -14,8 +14,7 @@ use crate::facts::{
 const NOT_NAMED: &str = "only vehicles in goal/auvs count";
 
 impl Check {
-    pub(super) fn visits(&mut self, visits: &Visits, auvs: &[Auv]) {
-        self.vehicles(&visits.auvs, auvs);
+    pub(super) fn visits(&mut self, visits: &Visits) {
         self.numbers("/goal", &GOAL_VISIT, [visits.within(), visits.dwell_min()]);
         match visits.cost {
             VisitCost::Age => {}

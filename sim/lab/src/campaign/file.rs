@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
 use super::controller::{Controller, ControllerFile};
-use super::score::Score;
+use super::score::{SCORES, Score};
 
 mod check;
 mod controllers;
@@ -155,13 +155,8 @@ impl Objective {
     }
 
     pub(super) fn of(self, score: &Score) -> f64 {
-        match self {
-            Self::RmsM => score.metrics.rms_m,
-            Self::EnergyJ => score.metrics.energy_j,
-            Self::HeadingTravelRad => score.metrics.heading_travel_rad,
-            Self::VisitMeanCost => score.metrics.visits.map_or(0.0, |visits| visits.mean_cost),
-            Self::NavigationRmsM => score.metrics.localisation.map_or(0.0, |localised| localised.rms_m),
-        }
+        let column = SCORES.into_iter().find(|(name, _)| *name == self.name());
+        column.and_then(|column| score.value(column)).unwrap_or(0.0)
     }
 }
 

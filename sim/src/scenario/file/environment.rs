@@ -162,8 +162,8 @@ pub enum ReportedAs {
     Reports,
     /// `state`: the newest message, as if it were exact.
     State,
-    /// `reports` of slant ranges, by a modem without bearings. The first is measured at the start: the
-    /// craft does not know where the vehicle was launched. Outliers are longer, never shorter.
+    /// `reports` of slant ranges, by a modem without bearings. The first is measured at the start:
+    /// the craft does not know where the vehicle was launched. Outliers are longer, never shorter.
     Ranges,
 }
 
@@ -201,8 +201,8 @@ pub struct AcousticsFile {
     pub loss_at_range_max: Option<Quantity<Share>>,
     /// Share of fixes that are outliers; 0 if left out.
     pub outlier_share: Option<Quantity<Share>>,
-    /// Standard deviation of an outlier along each axis, or of the detour of a range, m; ten times that
-    /// of a fix if left out.
+    /// Standard deviation of an outlier along each axis, or of the detour of a range, m; ten times
+    /// that of a fix if left out.
     pub outlier_sigma_m: Option<Quantity<PositionNoise>>,
     /// Speed of sound, m/s; 1500 if left out.
     pub sound_speed_mps: Option<Quantity<SoundSpeed>>,

@@ -29,9 +29,7 @@ impl Scenario {
         let offset = offset.map(|offset| checked.all(offset)).transpose()?;
         let task = Task { goal, offset };
         let is_along_path = matches!(task.offset, Some(Offset::Path { .. }));
-        let follows_one =
-            matches!(task.goal, Goal::Track { .. } | Goal::Intermittent { .. } | Goal::Visit(_));
-        if is_along_path && follows_one && !self.knowledge.paths {
+        if is_along_path && task.goal.follows_one() && !self.knowledge.paths {
             return Err(invalid(
                 "surface_craft.goal_offset.path",
                 "the surface craft knows no paths; set knowledge.paths",

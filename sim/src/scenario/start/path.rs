@@ -17,7 +17,7 @@ use crate::{
 };
 
 impl Scenario {
-    /// The path of AUV `i`. Its length is that of the list of kinds: an arm draws the numbers of one.
+    /// The path of AUV `i`, as long as the list of kinds: an arm draws the numbers of one.
     pub(super) fn path(
         &self,
         i: usize,

@@ -179,14 +179,16 @@ fn table(csv: &[u8]) -> Vec<BTreeMap<String, String>> {
         .collect()
 }
 
-fn line<'a>(cells: impl IntoIterator<Item = (&'a str, Value)>) -> BTreeMap<String, String> {
-    let text = |value: Value| match value {
-        Value::String(text) => text,
+/// The cells of a line: the members of some objects.
+fn line(cells: &[Value]) -> BTreeMap<String, String> {
+    let text = |value: &Value| match value {
+        Value::String(text) => text.clone(),
         // Whole numbers without a decimal point.
         Value::Number(number) => number.as_f64().expect("is one").to_string(),
         other => other.to_string(),
     };
-    cells.into_iter().map(|(name, value)| (name.to_owned(), text(value))).collect()
+    let cells = cells.iter().flat_map(|cells| cells.as_object().expect("has cells"));
+    cells.map(|(name, value)| (name.clone(), text(value))).collect()
 }
 
 #[tokio::test(start_paused = true)]
@@ -196,60 +198,32 @@ async fn the_table_of_a_live_mission_has_every_observation_at_its_time() {
         mission.live.as_mut().expect("is live").origin = None;
     }
     let logged = Logged::of(events).await;
-    let order = |sequence: u64, kind: &'static str, at: f64| {
-        vec![
-            ("sequence", json!(sequence)),
-            ("kind", json!(kind)),
-            ("t_s", json!(at)),
-            ("received_s", json!(at)),
-        ]
+    let order = |sequence: u64, kind: &str, at: f64| json!({"sequence": sequence, "kind": kind, "t_s": at, "received_s": at});
+    let fix = |vehicle: &str, at: f64, north: f64| {
+        json!({
+            "sequence": 3, "kind": "fix", "t_s": at, "received_s": MADE + 2.5, "vehicle": vehicle,
+            "north_m": north, "east_m": 0.0, "sigma_m": 0.5,
+        })
     };
-    let fix = |vehicle: &'static str, at: f64, north: f64, more: &[(&'static str, Value)]| {
-        let cells = [
-            ("sequence", json!(3)),
-            ("kind", json!("fix")),
-            ("t_s", json!(at)),
-            ("received_s", json!(MADE + 2.5)),
-            ("vehicle", json!(vehicle)),
-            ("north_m", json!(north)),
-            ("east_m", json!(0.0)),
-            ("sigma_m", json!(0.5)),
-        ];
-        line(cells.into_iter().chain(more.iter().cloned()))
-    };
-    let telemetry = [("depth_m", json!(12.5)), ("course_rad", json!(FRAC_PI_2)), ("speed_mps", json!(0.3))];
+    let telemetry = json!({"depth_m": 12.5, "course_rad": FRAC_PI_2, "speed_mps": 0.3});
+    let state = json!({
+        "sequence": 4, "kind": "asc_state", "t_s": MADE + 3.5, "received_s": MADE + 4.0, "vehicle": "asc",
+        "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.25, "speed_mps": 0.5, "sway_mps": 0.0, "yaw_rate_radps": 0.0,
+    });
+    let plan = json!({
+        "sequence": 5, "kind": "planned", "t_s": MADE + 4.25, "reference_speed_mps": "0.30000000000000004",
+        "reference_heading_rad": -1.0, "outcome": "degraded", "method": "saturated_los",
+        "reason": "late, \"very\"", "solve_ms": 0.7, "late_s": 0.001,
+    });
     let expected = vec![
-        line(order(1, "created", MADE)),
-        line(order(2, "ran", MADE + 0.5)),
-        fix(ODD, MADE + 2.0, 100.0, &[]),
-        fix(ODD, MADE + 1.0, 0.0, &telemetry),
-        fix("auv-2", MADE + 2.0, 7.0, &[]),
-        line([
-            ("sequence", json!(4)),
-            ("kind", json!("asc_state")),
-            ("t_s", json!(MADE + 3.5)),
-            ("received_s", json!(MADE + 4.0)),
-            ("vehicle", json!("asc")),
-            ("north_m", json!(0.0)),
-            ("east_m", json!(0.0)),
-            ("heading_rad", json!(0.25)),
-            ("speed_mps", json!(0.5)),
-            ("sway_mps", json!(0.0)),
-            ("yaw_rate_radps", json!(0.0)),
-        ]),
-        line([
-            ("sequence", json!(5)),
-            ("kind", json!("planned")),
-            ("t_s", json!(MADE + 4.25)),
-            ("reference_speed_mps", json!("0.30000000000000004")),
-            ("reference_heading_rad", json!(-1.0)),
-            ("outcome", json!("degraded")),
-            ("method", json!("saturated_los")),
-            ("reason", json!("late, \"very\"")),
-            ("solve_ms", json!(0.7)),
-            ("late_s", json!(0.001)),
-        ]),
-        line(order(6, "failed", MADE + 5.0).into_iter().chain([("reason", json!("out of\nluck"))])),
+        line(&[order(1, "created", MADE)]),
+        line(&[order(2, "ran", MADE + 0.5)]),
+        line(&[fix(ODD, MADE + 2.0, 100.0)]),
+        line(&[fix(ODD, MADE + 1.0, 0.0), telemetry]),
+        line(&[fix("auv-2", MADE + 2.0, 7.0)]),
+        line(&[state]),
+        line(&[plan]),
+        line(&[order(6, "failed", MADE + 5.0), json!({"reason": "out of\nluck"})]),
     ];
     assert_eq!(table(&logged.written(RecordFormat::Csv)), expected);
 }

@@ -93,7 +93,7 @@ pub struct PlannerFile {
 pub struct FigureFile {
     /// Its shape: `above`, `circle` or `zigzag_astern`.
     pub kind: FigureKind,
-    /// Its radius, or its distance and half its width, m; tuned per case, with the speed, if left out.
+    /// Its radius, or its distance and half its width, m; tuned per case, with speed, if left out.
     #[schemars(range(min = 1, max = 10_000))]
     pub radius_m: Option<f64>,
     /// Share of the greatest speed about the AUVs; 1 if left out beside `radius_m`.
