@@ -101,9 +101,14 @@ impl<'a> Scene<'a> {
         self.tuned.look_ahead / STEPS as f64
     }
 
-    /// Velocity of the craft over ground, m/s, or its bow where that says nothing of a course.
+    /// Velocity over ground at which the craft wants to sail, m/s, or its bow if that is no course.
+    /// The present course would tell an encounter by a turn for another one.
     pub(crate) fn course(&self) -> Vector2<f64> {
-        let velocity = Vector2::new(self.speed_now, 0.0) + self.current;
-        if velocity.norm() < super::encounter::SPEED_UNDER_WAY { Vector2::new(0.01, 0.0) } else { velocity }
+        let goal = &self.goal[0];
+        let wanted = goal.velocity + goal.position * self.tuned.pursuit_rate;
+        if wanted.norm() < super::encounter::SPEED_UNDER_WAY {
+            return Vector2::new(self.speed_now.max(0.01), 0.0);
+        }
+        wanted.cap_magnitude(self.craft.limits.speed_max)
     }
 }

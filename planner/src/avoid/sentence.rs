@@ -4,6 +4,7 @@ use nalgebra::Vector2;
 
 use crate::avoid::scene::Scene;
 use crate::avoid::trial::{Outcome, Trial};
+use crate::facts::angle::Heading;
 use crate::facts::traffic::EncounterKind;
 use crate::snapshot::build::Snapshot;
 
@@ -51,7 +52,10 @@ pub(crate) fn sentence(
         (None, Some(trial)) if trial.heading.is_none() => {
             format!(": slows down to {:.1} m/s", trial.speed)
         }
-        (None, Some(_)) => ": keeps its course".to_owned(),
+        (None, Some(trial)) => {
+            let heading = snapshot.asc.heading().radians() + trial.heading.unwrap_or(0.0);
+            format!(": holds {:03.0}°", Heading::new(heading).compass_degrees().round() % 360.0)
+        }
         (None, None) => String::new(),
     };
     let more = match met().count() - 1 {
@@ -68,8 +72,8 @@ fn beside(place: &Vector2<f64>) -> &'static str {
     if place.y.abs() < place.x.abs() {
         if place.x < 0.0 { "astern" } else { "ahead" }
     } else if place.y < 0.0 {
-        "on its port side"
+        "on the vessel's port side"
     } else {
-        "on its starboard side"
+        "on the vessel's starboard side"
     }
 }

@@ -22,10 +22,10 @@ pub struct NoGo {
     /// once. Sides do not cross.
     #[schema(example = json!([[100.0, -20.0], [140.0, -20.0], [140.0, 60.0], [120.0, 60.0], [120.0, 0.0], [100.0, 0.0]]))]
     pub polygon: Vec<[f64; 2]>,
-    /// Borders of the parts of it in which the craft may be, such as the water of a lagoon.
+    /// Borders of parts in which the craft may be, such as a lagoon's; none if left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub holes: Vec<Vec<[f64; 2]>>,
-    /// Its name for people, at most 64 bytes.
+    /// Its name for people, at most 64 bytes; none if left out.
     pub name: Option<String>,
 }
 
