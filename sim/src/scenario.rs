@@ -78,6 +78,8 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "visit-noisy",
     "visit-current",
     "visit-ranges",
+    "no-go-bay",
+    "no-go-strait",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.
