@@ -83,6 +83,8 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "traffic-ferry",
     "traffic-anchored",
     "traffic-lane",
+    "no-go-bay",
+    "no-go-strait",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.

@@ -93,6 +93,7 @@ fn the_words_of_answers_are_fixed() {
         (json!(SoftLimit::Area), "area"),
         (json!(SoftLimit::KeepOut), "keep_out"),
         (json!(SoftLimit::SurfacingSeparation), "surfacing_separation"),
+        (json!(SoftLimit::NoGo), "no_go"),
         (json!(Slack::Motion), "motion"),
         (json!(Slack::AcousticRange), "acoustic_range"),
         (json!(Slack::OtherRange), "other_range"),

@@ -37,7 +37,9 @@ pub(super) fn led_round(
     let clearance = parameters.keep_out_margin + sag_in_turn(longest, &limits) + BESIDE_LIMITS;
     let search = Search { land, clearance, due: &|| stop.is_due() };
     let permitted = |time: f64| land.permitted(&goal.wanted(time).position, clearance);
-    let (craft, times) = (snapshot.asc.position(), parameters.times());
+    let (craft, mut times) = (snapshot.asc.position(), parameters.times());
+    // A way includes its begin, not its end.
+    times.push(times[times.len() - 1] + longest);
     let start = land.permitted(&craft, clearance);
     let (mut arrival, mut is_open, mut arrives) = (0.0, true, true);
     let mut places = vec![(0.0, craft)];

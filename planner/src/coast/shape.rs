@@ -40,14 +40,17 @@ fn fault(area: &NoGo) -> Option<FieldError> {
             }
             sides.push(side);
         }
-        let given = (0.5 * doubled_area(&corners).abs()).sqrt();
-        if given < SIZE_MIN {
-            let detail = format!("is no larger than a square of {given} m, less than {SIZE_MIN} m");
-            return Some(too_small(&place, "too_small", detail, given));
-        }
     }
     let (sides, mut pairs) = (Sides::new(sides), 0);
-    sides.iter().find_map(|side| crossing(side, &sides, &mut pairs)).or_else(|| hole_outside(area))
+    let crossing = sides.iter().find_map(|side| crossing(side, &sides, &mut pairs));
+    crossing.or_else(|| area.rings().enumerate().find_map(too_little)).or_else(|| hole_outside(area))
+}
+
+/// The fault of a ring round next to nothing.
+fn too_little((k, ring): (usize, &Vec<[f64; 2]>)) -> Option<FieldError> {
+    let given = (0.5 * doubled_area(&corners_of(ring)).abs()).sqrt();
+    let detail = format!("is no larger than a square of {given} m, less than {SIZE_MIN} m");
+    (given < SIZE_MIN).then(|| too_small(&NoGo::pointer(k), "too_small", detail, given))
 }
 
 /// The fault of a side that crosses another, or of too many that might.

@@ -30,8 +30,8 @@ const BEHIND: f64 = 5.0;
 /// Share of the clearance that is asked of nodes and legs: rounding must not close what just fits.
 const KEPT: f64 = 0.98;
 
-/// Turn of a sharp corner, rad.
-const SHARP: f64 = 0.15;
+/// Most corners of a round cape that share a node, a power of two.
+const SHARED_MAX: usize = 64;
 
 /// Halvings of a line, to a millionth.
 const HALVINGS: usize = 20;
@@ -197,12 +197,24 @@ impl Search<'_> {
             for (first, last) in [(a, b), (b, a)] {
                 if graph.stretches.insert([first.2.ring, first.2.place, last.2.place]) {
                     let ends = [(first.1, first.2.place), (last.1, last.2.place)];
-                    let hull = convex_hull(self.stretch(ends, first.2.ring));
-                    for (node, corner) in offset_corners(&hull, self.clearance) {
-                        self.add(node, corner, graph);
+                    for corner in convex_hull(self.stretch(ends, first.2.ring)) {
+                        if let Some(k) = corner.of {
+                            self.add_corner(first.2.ring, k, graph);
+                        }
                     }
                 }
             }
+        }
+    }
+
+    fn add_corner(&self, ring: usize, k: usize, graph: &mut Graph) {
+        let ring = &self.land.rings[ring];
+        // In a narrow passage there is no room for what corners share.
+        let shared = nodes_at(ring, k, self.clearance, SHARED_MAX);
+        let are_free = shared.iter().all(|node| self.land.is_free(node, KEPT * self.clearance));
+        let nodes = if are_free { shared } else { nodes_at(ring, k, self.clearance, 1) };
+        for node in nodes {
+            self.add(node, ring[k], graph);
         }
     }
 
@@ -214,25 +226,29 @@ impl Search<'_> {
             0 => n,
             between => between,
         };
-        let end = |at| Corner { at, beside: None };
-        let inner = (1..=between).map(|k| Corner::of(corners, (first + k) % n));
+        let end = |at| Corner { at, of: None };
+        let inner = (1..=between).map(|k| {
+            let [before, at, after] = around(corners, (first + k) % n);
+            let is_convex = 0.0 < (at - before).perp(&(after - at));
+            Corner { at, of: is_convex.then_some((first + k) % n) }
+        });
         std::iter::once(end(from)).chain(inner).chain([end(to)]).collect()
     }
 
     /// Adds the corners that stand out farthest: where hulls lead nowhere, as in a maze.
     fn add_all_corners(&self, graph: &mut Graph) {
-        let of_ring = |ring: &Vec<_>| (0..ring.len()).map(|k| Corner::of(ring, k)).collect::<Vec<_>>();
-        let mut corners: Vec<_> = self.land.rings.iter().flat_map(of_ring).collect();
-        corners.retain(|corner| corner.beside.is_some());
-        let height = |corner: &Corner| {
-            let beside = corner.beside.map(|[before, after]| nearest_on(&before, &after, &corner.at));
-            beside.map_or(0.0, |beside| (beside - corner.at).norm())
-        };
-        corners.sort_by(|a, b| height(b).total_cmp(&height(a)));
-        for corner in corners {
-            for node in corner.nodes(self.clearance) {
-                self.add(node, corner.at, graph);
+        let mut corners = Vec::new();
+        for (i, ring) in self.land.rings.iter().enumerate() {
+            for k in 0..ring.len() {
+                let [before, at, after] = around(ring, k);
+                if 0.0 < (at - before).perp(&(after - at)) {
+                    corners.push(((nearest_on(&before, &after, &at) - at).norm(), i, k));
+                }
             }
+        }
+        corners.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (_, ring, k) in corners {
+            self.add_corner(ring, k, graph);
         }
     }
 
@@ -285,31 +301,43 @@ impl Graph {
 #[derive(Clone, Copy)]
 struct Corner {
     at: Vector2<f64>,
-    /// The corners before and after it, if the land is convex here.
-    beside: Option<[Vector2<f64>; 2]>,
+    /// Its index in its ring, if the land is convex here.
+    of: Option<usize>,
 }
 
-impl Corner {
-    fn of(ring: &[Vector2<f64>], k: usize) -> Self {
-        let n = ring.len();
-        let [before, at, after] = [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
-        let is_convex = 0.0 < (at - before).perp(&(after - at));
-        Self { at, beside: is_convex.then_some([before, after]) }
-    }
+/// The corner number `k` of a ring, round it.
+fn around(ring: &[Vector2<f64>], k: usize) -> [Vector2<f64>; 3] {
+    let n = ring.len();
+    [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]]
+}
 
-    /// The sides that meet here, as lines, if the land is convex.
-    fn sides(&self) -> Option<[Line; 2]> {
-        self.beside.map(|[before, after]| [(self.at, self.at - before), (self.at, after - self.at)])
+/// The nodes at a convex corner of a ring, at `clearance`, m: the same whatever leg it is in the way
+/// of. The corners of a round cape share them, as many as the sides of one polygon round it that is
+/// nowhere farther off than half the clearance: it is passed in a few legs. At most `most` share one.
+fn nodes_at(ring: &[Vector2<f64>], k: usize, clearance: f64, most: usize) -> Vec<Vector2<f64>> {
+    let n = ring.len();
+    let side = |k: usize| (ring[k % n], ring[(k + 1) % n] - ring[k % n]);
+    let (before, after) = (side(k + n - 1), side(k));
+    let bend = 0.5 * (before.1.norm() + after.1.norm()) * turn(before.1, after.1);
+    let mut share = 1;
+    while share < most && (2 * share).pow(2) as f64 * bend < 4.0 * clearance {
+        share *= 2;
     }
-
-    fn is_sharp(&self) -> bool {
-        self.sides().is_some_and(|[a, b]| SHARP < turn(a.1, b.1))
+    while 1 < share {
+        let first = (k + n - 1) % n / share * share;
+        let (begun, end) = (side(first), side(first + share));
+        let beyond =
+            meeting(begun, end).map(|at| (nearest_on(&ring[(first + 1) % n], &end.0, &at) - at).norm());
+        let is_convex = (first + 1..=first + share).all(|k| {
+            let [before, at, after] = around(ring, k % n);
+            0.0 < (at - before).perp(&(after - at))
+        });
+        if is_convex && share < n && beyond.is_some_and(|beyond| beyond < 0.5 * clearance) {
+            return between_lines(begun, end, clearance);
+        }
+        share /= 2;
     }
-
-    /// The nodes round it, which are the same whatever leg it is in the way of.
-    fn nodes(&self, clearance: f64) -> Vec<Vector2<f64>> {
-        self.sides().map_or_else(Vec::new, |[a, b]| between_lines(a, b, clearance))
-    }
+    between_lines(before, after, clearance)
 }
 
 /// The corners of the convex hull, with the inside to starboard of who sails along it. Source:
@@ -337,42 +365,6 @@ fn convex_hull(mut corners: Vec<Corner>) -> Vec<Corner> {
 
 /// A line: a point on it and its direction.
 type Line = (Vector2<f64>, Vector2<f64>);
-
-/// The corners of a line round a `hull` at `clearance`, m, each with the hull's. Where it is round, sides that it hardly
-/// needs are left out: a smooth cape is passed in a few legs.
-fn offset_corners(hull: &[Corner], clearance: f64) -> Vec<(Vector2<f64>, Vector2<f64>)> {
-    let n = hull.len();
-    let length = |k: usize| (hull[(k + 1) % n].at - hull[k % n].at).norm_squared();
-    let first = (0..n).max_by(|a, b| length(*a).total_cmp(&length(*b))).map_or(0, |longest| longest + 1);
-    let mut nodes = Vec::new();
-    // The last side that is kept, and its corner.
-    let mut last: Option<(Line, Vector2<f64>)> = None;
-    for k in first..first + n {
-        let [before, corner, next] = [hull[(k + n - 1) % n], hull[k % n], hull[(k + 1) % n]];
-        let Some([own_before, own_after]) = corner.sides().filter(|_| !corner.is_sharp()) else {
-            nodes.extend(corner.nodes(clearance).into_iter().map(|node| (node, corner.at)));
-            last = None;
-            continue;
-        };
-        let hull_side = |from: &Corner, to: &Corner| (from.at, to.at - from.at);
-        let after = if next.beside.is_some() { hull_side(&corner, &next) } else { own_after };
-        let (kept, begun) = last.unwrap_or_else(|| {
-            let is_border = before.beside.is_some();
-            (if is_border { hull_side(&before, &corner) } else { own_before }, corner.at)
-        });
-        last = Some((kept, begun));
-        // The kept side and the next but one would meet little beyond the hull.
-        let is_round = k + 1 < first + n && next.beside.is_some() && !next.is_sharp();
-        let then = hull_side(&next, &hull[(k + 2) % n]);
-        let beyond = meeting(kept, then).map(|at| (nearest_on(&begun, &next.at, &at) - at).norm());
-        if is_round && beyond.is_some_and(|beyond| beyond <= 0.5 * clearance) {
-            continue;
-        }
-        nodes.extend(between_lines(kept, after, clearance).into_iter().map(|node| (node, corner.at)));
-        last = Some((after, corner.at));
-    }
-    nodes
-}
 
 /// Where two lines with less than a right angle between them meet, the second to the left.
 fn meeting((a, along): Line, (b, other): Line) -> Option<Vector2<f64>> {

@@ -1,0 +1,88 @@
+//! No-go areas are kept out of, and led round.
+
+use nalgebra::Vector2;
+use pilotfish_planner::{
+    angle::{Course, Heading},
+    craft::{Craft, CraftDescription},
+    parameters::Parameters,
+    plan::{Plan, SoftLimit, Workspace, plan},
+    snapshot::{Asc, Auv, AuvState, Goal, Limits, NoGo, PlanRequest, PreviousPlan, Snapshot},
+};
+
+/// A bay that opens to the south, with its back to the north.
+const BAY: [[f64; 2]; 8] = [
+    [-40.0, -20.0],
+    [5.0, -20.0],
+    [5.0, 20.0],
+    [-40.0, 20.0],
+    [-40.0, 15.0],
+    [0.0, 15.0],
+    [0.0, -15.0],
+    [-40.0, -15.0],
+];
+
+/// A craft 10 m from the back of the bay, which tracks an AUV at rest.
+fn scene(craft: [f64; 2], auv: [f64; 2]) -> PlanRequest {
+    let state = AuvState::new(auv.into(), 5.0, Course::new(0.0), 0.0);
+    let asc = Asc::new(craft.into(), Heading::new(0.0), 0.3);
+    PlanRequest {
+        current: Some(Vector2::zeros().into()),
+        limits: Some(Limits::MEDUSA.into()),
+        craft: Some(CraftDescription::from(&Craft::MEDUSA)),
+        no_go: vec![NoGo::new(BAY.to_vec())],
+        ..PlanRequest::new(0.0, asc, vec![Auv::new("a", state)], Goal::Track { auv: "a".into() })
+    }
+}
+
+fn planned(request: &PlanRequest, workspace: &mut Workspace) -> (Snapshot, Plan) {
+    let snapshot = Snapshot::try_from(request.clone()).expect("valid");
+    let answer = plan(&snapshot, &Parameters::default(), workspace);
+    (snapshot, answer)
+}
+
+/// The craft's places in exactly followed plans, 2 s of each, until it is within 3 m of `to`.
+fn way_to(to: [f64; 2], mut request: PlanRequest) -> Vec<Vector2<f64>> {
+    let (mut workspace, mut places) = (Workspace::default(), vec![request.asc.position()]);
+    while (places[places.len() - 1] - Vector2::from(to)).norm() > 3.0 && places.len() < 150 {
+        let (snapshot, answer) = planned(&request, &mut workspace);
+        assert_eq!(snapshot.no_go_at(&request.asc.position()), None, "{places:?}");
+        let next = answer.trajectory[2];
+        request.t_s = next.t_s;
+        [request.asc.north_m, request.asc.east_m] = next.position().into();
+        (request.asc.heading_rad, request.asc.speed_mps) = (next.heading_rad, next.speed_mps);
+        // A craft set on its plan responds to no reference: nothing can be learnt.
+        request.previous_plan = Some(PreviousPlan { craft_estimate: None, ..(&answer).into() });
+        places.push(next.position());
+    }
+    places
+}
+
+#[test]
+fn a_craft_in_a_bay_goes_round_its_arm_to_an_auv_behind_it() {
+    let (craft, auv) = ([-10.0, 4.0], [20.0, 3.0]);
+    let places = way_to(auv, scene(craft, auv));
+    let length: f64 = places.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+    // Taut round the corners of the eastern arm.
+    let corners = [craft, [-40.0, 15.0], [-40.0, 20.0], [5.0, 20.0], auv].map(Vector2::from);
+    let taut: f64 = corners.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+    assert!(places.len() < 150 && length < 1.1 * taut, "{} places, {length} {taut}", places.len());
+}
+
+#[test]
+fn a_goal_inside_is_followed_from_the_nearest_place_outside() {
+    let (_, answer) = planned(&scene([20.0, 0.0], [3.0, 1.0]), &mut Workspace::default());
+    assert_eq!(answer.goal_in_no_go, Some(0));
+    let last = answer.goal.last().expect("a horizon");
+    assert!((5.5..7.0).contains(&last.north_m) && (last.east_m - 1.0).abs() < 1e-6, "{last:?}");
+}
+
+#[test]
+fn a_craft_inside_takes_the_nearest_way_out_and_the_violation_names_the_area() {
+    let (snapshot, answer) = planned(&scene([3.5, 0.0], [20.0, 0.0]), &mut Workspace::default());
+    assert_eq!(snapshot.no_go_at(&snapshot.asc.position()), Some(0));
+    let broken = answer.violations.iter().find(|violation| violation.limit == SoftLimit::NoGo);
+    let pointer = broken.and_then(|violation| violation.pointer).map(|subject| subject.to_string());
+    assert_eq!(pointer.as_deref(), Some("/no_go/0"));
+    let out = answer.trajectory[6].position();
+    assert!(5.0 < out.x && out.y.abs() < 1.0, "{out}");
+}
