@@ -106,6 +106,9 @@ impl OutputLimiter {
         let first = asked(0.0);
         let worst = |asked: &dyn Fn(f64) -> Reference| Way::of(limits.speed_max, asked).worst(others);
         self.avoided = None;
+        if !is_finite(&first) {
+            return first;
+        }
         let Some((intrusion, other)) = worst(&asked) else {
             self.safe = Some((now_s, first));
             return first;
@@ -135,7 +138,6 @@ impl OutputLimiter {
         craft: &Reference,
         limits: &OutputLimits,
     ) -> Option<Reference> {
-        let is_finite = |reference: &Reference| reference.speed.is_finite() && reference.heading.is_finite();
         if !is_finite(asked) || !is_finite(craft) {
             self.changes.count("not a finite number");
             return None;
@@ -166,6 +168,10 @@ impl OutputLimiter {
         self.last = Some((now_s, sent));
         Some(sent)
     }
+}
+
+fn is_finite(reference: &Reference) -> bool {
+    reference.speed.is_finite() && reference.heading.is_finite()
 }
 
 #[cfg(test)]

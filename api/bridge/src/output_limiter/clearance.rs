@@ -136,6 +136,9 @@ mod tests {
         let inside = [other([-10.0, 0.0], [0.0; 2])];
         assert_eq!(limiter.clear_of(14.0, |_| ahead(2.0), &inside, &LIMITS), ahead(2.0));
         assert_eq!(limiter.avoided, None);
+        // What is no number is refused later, and is never the last safe reference.
+        assert!(limiter.clear_of(15.0, |_| ahead(f64::NAN), &moored, &LIMITS).speed.is_nan());
+        assert_eq!(limiter.clear_of(16.0, |_| ahead(1.9), &near, &LIMITS), ahead(0.0));
     }
 
     #[test]
