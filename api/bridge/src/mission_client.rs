@@ -57,7 +57,7 @@ pub(crate) enum ServiceError {
 /// The members of a problem (RFC 9457) that a bridge reads; answers of others may lack them.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
-struct Problem {
+struct ProblemBody {
     code: String,
     detail: String,
     errors: Vec<FieldError>,
@@ -222,7 +222,7 @@ fn read<T: DeserializeOwned>(answer: &Answer) -> Result<T, ServiceError> {
     if status.is_success() {
         return serde_json::from_slice(&answer.body).map_err(unavailable);
     }
-    let problem: Problem = serde_json::from_slice(&answer.body).unwrap_or_default();
+    let problem: ProblemBody = serde_json::from_slice(&answer.body).unwrap_or_default();
     let detail = match &*problem.errors {
         [] => problem.detail,
         errors => faults(errors).join("; "),

@@ -24,8 +24,8 @@ const TREND_COUNT_MIN: usize = 5;
 /// Positions by time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RecentPositions {
-    samples: VecDeque<Sample>,
-    newest: Option<Sample>,
+    samples: VecDeque<PositionSample>,
+    newest: Option<PositionSample>,
     /// Integral of the measured velocity (north, east), m.
     pub(crate) travelled: Vector2<f64>,
     /// The newest measured velocity (north, east), m/s, and its time, s.
@@ -35,7 +35,7 @@ pub(crate) struct RecentPositions {
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct PositionSample {
     t_s: f64,
     position: Origin,
     travelled: Vector2<f64>,
@@ -53,14 +53,14 @@ impl RecentPositions {
         let since = since.filter(|(elapsed, _)| (0.0..=GAP_MAX_S).contains(elapsed));
         let since = since.map_or_else(Vector2::zeros, |(elapsed, velocity)| velocity * elapsed);
         let travelled = self.travelled + since;
-        let newest = Sample { t_s, position, travelled };
+        let newest = PositionSample { t_s, position, travelled };
         self.newest = Some(newest);
         let last = self.samples.back();
         let is_kept = last.is_none_or(|last| t_s - last.t_s >= KEEP_EACH_S);
         if is_kept {
             self.samples.push_back(newest);
         }
-        let is_old = |oldest: &Sample| t_s - oldest.t_s > KEPT_S;
+        let is_old = |oldest: &PositionSample| t_s - oldest.t_s > KEPT_S;
         while self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }
@@ -110,7 +110,7 @@ impl RecentPositions {
     }
 
     /// The samples since which velocities have come without a gap.
-    fn measured(&self) -> impl Iterator<Item = &Sample> {
+    fn measured(&self) -> impl Iterator<Item = &PositionSample> {
         let samples = self.samples.iter();
         samples.filter(|sample| sample.t_s >= self.measured_since_s)
     }

@@ -35,18 +35,18 @@ const STEP: Duration = Duration::from_micros(50);
 
 /// The clock of a machine. Clones are the same clock.
 #[derive(Clone, Debug)]
-pub struct Clock(Option<Arc<Simulated>>);
+pub struct Clock(Option<Arc<SimulatedMachine>>);
 
 /// A machine on Tokio's paused clock.
 #[derive(Debug)]
-struct Simulated {
+struct SimulatedMachine {
     /// Start of the simulated machine.
     start: Instant,
-    settings: Mutex<Settings>,
+    settings: Mutex<MachineSettings>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Settings {
+struct MachineSettings {
     /// Unix time at the start, s, plus all later changes of the wall clock.
     unix_s: f64,
     /// Time that blocking work waits for a thread.
@@ -68,9 +68,9 @@ impl Clock {
     /// runtime of one thread with paused time.
     pub fn simulated(unix_s: f64) -> Self {
         let lag = Duration::ZERO;
-        Self(Some(Arc::new(Simulated {
+        Self(Some(Arc::new(SimulatedMachine {
             start: time::Instant::now().into_std(),
-            settings: Mutex::new(Settings { unix_s, lag }),
+            settings: Mutex::new(MachineSettings { unix_s, lag }),
         })))
     }
 
@@ -228,7 +228,7 @@ impl Clock {
     }
 }
 
-impl Simulated {
+impl SimulatedMachine {
     async fn wait_for_thread(&self) {
         let lag = self.settings.lock().lag;
         if lag.is_zero() {

@@ -30,7 +30,7 @@ pub(crate) enum CampaignCommand {
     /// Fly a campaign, or continue one. Ctrl-C and kill lose only the runs under way.
     Run(Fly),
     /// Fly one run again, check that its row is the same to the bit, and write its page.
-    Replay(Replay),
+    Replay(ReplayRun),
     /// Merge the shards of a campaign.
     Merge(Merge),
     /// Print the SHA-256 of all rows except measured times. Equal results have equal digests.
@@ -75,7 +75,7 @@ pub(crate) struct Flown {
 }
 
 #[derive(Debug, Args)]
-pub(crate) struct Replay {
+pub(crate) struct ReplayRun {
     /// Directory of a campaign that was flown.
     dir: PathBuf,
     /// Number of the run: column `run` of runs.parquet.
@@ -167,7 +167,7 @@ fn outline(campaign: &Campaign) -> String {
     )
 }
 
-fn fly_again(arguments: &Replay) -> Result<(), Box<dyn Error>> {
+fn fly_again(arguments: &ReplayRun) -> Result<(), Box<dyn Error>> {
     let directory = Directory::open(&arguments.dir)?;
     let file = format!("{}/campaign.json", arguments.dir.display());
     let campaign = directory.manifest.campaign(&file)?;

@@ -16,7 +16,7 @@ mod setting;
 
 pub(crate) use flags::{CommonFlags, ServeFlags, hidden_places};
 pub(crate) use setting::Config;
-use setting::{COMMON, PREFIX, SERVE, Setting, all};
+use setting::{COMMON, ConfigSetting, PREFIX, SERVE, all};
 
 use super::failure::{Failure, because_of};
 use super::out_file::print;
@@ -117,7 +117,7 @@ impl Layers {
         source.is_some_and(|source| source.starts_with("--"))
     }
 
-    fn set(&mut self, setting: &Setting, value: Value, source: String) {
+    fn set(&mut self, setting: &ConfigSetting, value: Value, source: String) {
         self.values.insert(setting.name.to_owned(), value);
         self.sources.insert(setting.name.to_owned(), source);
     }
@@ -168,7 +168,7 @@ impl Layers {
 
 /// `pilotfish config`: prints the configuration as a file, and the source of each value.
 pub(crate) fn show(layers: &Layers) -> Result<(), Failure> {
-    let lines = all().map(|Setting { name, .. }| match layers.values.get(*name) {
+    let lines = all().map(|ConfigSetting { name, .. }| match layers.values.get(*name) {
         Some(value) => (format!("{name} = {}", shown(value)), &*layers.sources[*name]),
         None => (format!("# {name} ="), "default"),
     });

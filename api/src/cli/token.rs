@@ -14,11 +14,11 @@ const DAY: Duration = Duration::from_hours(24);
 #[derive(Debug, Args)]
 pub(crate) struct Token {
     #[command(subcommand)]
-    command: Command,
+    command: TokenCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum TokenCommand {
     /// Create a token and print it, once. After the first token, every client needs one.
     Add {
         /// Name of the client, as in logs and in the audit.
@@ -50,7 +50,7 @@ enum Command {
 /// Changes or shows the token file at `path`. A running service reads the change within a second.
 pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>> {
     match &arguments.command {
-        Command::Add { name, role, mission, craft, days } => {
+        TokenCommand::Add { name, role, mission, craft, days } => {
             let limit = TokenLimit { missions: mission.clone(), craft: craft.clone() };
             let role = Role::ALL.into_iter().find(|known| known.name() == role);
             let token = NewToken {
@@ -61,7 +61,7 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
             };
             print(&format!("{}\n", TokenFile::add(path, token, &Clock::machine())?))?;
         }
-        Command::List => {
+        TokenCommand::List => {
             for token in TokenFile::read(path)?.unwrap_or_default().tokens {
                 let expires = token.expires_s.map(|at| format!("  expires at Unix time {at} s"));
                 let limit = token.limit.map(|limit| format!("  {limit}"));
@@ -70,7 +70,7 @@ pub(crate) fn token(arguments: &Token, path: &Path) -> Result<(), Box<dyn Error>
                 print(&format!("{name:24} {role:9}{limit}{expires}\n"))?;
             }
         }
-        Command::Revoke { name } => TokenFile::revoke(path, name)?,
+        TokenCommand::Revoke { name } => TokenFile::revoke(path, name)?,
     }
     Ok(())
 }

@@ -28,13 +28,13 @@ pub(super) type Waiting = (Append, Reply<Appended>);
 type Closed = (Reply<()>, Result<(), StoreError>);
 
 /// Work of a writer other than an append.
-type Work = Box<dyn FnOnce(&mut dyn LogWriter) + Send>;
+type WriterWork = Box<dyn FnOnce(&mut dyn LogWriter) + Send>;
 
 #[expect(clippy::large_enum_variant, reason = "nearly every command appends")]
-pub(super) enum Command {
+pub(super) enum WriterCommand {
     Append(Append, Reply<Appended>),
     /// Other work, after all earlier appends.
-    Do(Work),
+    Do(WriterWork),
     Close(Reply<()>),
 }
 
@@ -71,7 +71,7 @@ pub(super) trait LogWriter {
 
 /// Writes until all handles of the store are dropped. After a panic, the interrupted commands have
 /// no reply and the next ones are carried out.
-pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<Command>, clock: Clock) {
+pub(super) async fn run(mut writer: impl LogWriter, mut commands: Receiver<WriterCommand>, clock: Clock) {
     loop {
         let rest = writer.rest();
         let first = match rest {
@@ -130,20 +130,20 @@ fn unless_panicked<W: LogWriter, T>(writer: &mut W, work: impl FnOnce(&mut W) ->
 /// Carries out `first`. Appends that follow an append share its commit. Breaks after `Close`.
 fn carry_out(
     writer: &mut impl LogWriter,
-    first: Command,
-    commands: &mut Receiver<Command>,
+    first: WriterCommand,
+    commands: &mut Receiver<WriterCommand>,
 ) -> ControlFlow<Closed> {
     let most = writer.commit_max();
     let mut appends = vec![];
     let mut next = Some(first);
     while let Some(command) = next {
         match command {
-            Command::Append(append, reply) => appends.push((append, reply)),
-            Command::Do(work) => {
+            WriterCommand::Append(append, reply) => appends.push((append, reply)),
+            WriterCommand::Do(work) => {
                 writer.store(std::mem::take(&mut appends));
                 work(writer);
             }
-            Command::Close(reply) => {
+            WriterCommand::Close(reply) => {
                 writer.store(std::mem::take(&mut appends));
                 return ControlFlow::Break((reply, writer.close()));
             }

@@ -3,7 +3,7 @@
 use rusqlite::types::ValueRef;
 
 use super::error::StoreError;
-use super::rows::{Param, Row, Rows};
+use super::rows::{Param, Rows, SqlRow};
 
 /// The copied columns of each table, in the order of their references.
 pub(super) const TABLES: [(&str, &str); 7] = [
@@ -44,7 +44,7 @@ pub(super) fn copy_rows(
     Ok(n)
 }
 
-fn value(row: &dyn Row, column: usize, is_key: bool, to: &dyn Rows) -> Result<Box<dyn Param>, StoreError> {
+fn value(row: &dyn SqlRow, column: usize, is_key: bool, to: &dyn Rows) -> Result<Box<dyn Param>, StoreError> {
     Ok(match row.value(column)? {
         // Only times are optional.
         ValueRef::Null => Box::new(None::<f64>),

@@ -58,7 +58,7 @@ mod trusted_time;
 mod writer;
 
 use acknowledged::{Acknowledged, Compared, LIST_NAME};
-use command::{Command, LogWriter, Reply, run};
+use command::{LogWriter, Reply, WriterCommand, run};
 #[cfg(feature = "postgres")]
 pub use copy::{Copied, StorePlace, copy};
 
@@ -91,7 +91,7 @@ const WAITING_MAX: usize = 1_024;
 #[derive(Clone, Debug)]
 pub struct EventStore {
     shared: Arc<Shared>,
-    writer: Sender<Command>,
+    writer: Sender<WriterCommand>,
 }
 
 #[derive(Debug)]
@@ -236,7 +236,7 @@ impl EventStore {
         let packed = append.snapshot.as_deref();
         let packed = packed.and_then(|body| pack(body, packed::OVERWRITTEN));
         append.snapshot = packed.or(append.snapshot);
-        self.send(|reply| Command::Append(append, reply)).await
+        self.send(|reply| WriterCommand::Append(append, reply)).await
     }
 
     /// Deletes the mission `id` and stores the order. `false` if there is no such mission.
@@ -315,14 +315,14 @@ impl EventStore {
         work: impl FnOnce(&mut dyn LogWriter) -> Result<T, StoreError> + Send + 'static,
     ) -> Result<T, StoreError> {
         let command = |reply: Reply<T>| {
-            Command::Do(Box::new(move |writer| {
+            WriterCommand::Do(Box::new(move |writer| {
                 let _ = reply.send(work(writer));
             }))
         };
         self.send(command).await
     }
 
-    async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> Command) -> Result<T, StoreError> {
+    async fn send<T>(&self, command: impl FnOnce(Reply<T>) -> WriterCommand) -> Result<T, StoreError> {
         let (reply, answer) = oneshot::channel();
         let sent = self.writer.try_send(command(reply));
         sent.map_err(|error| match error {
@@ -334,7 +334,7 @@ impl EventStore {
 
     /// Ends the writer after earlier appends, and merges the write-ahead file. Later appends fail.
     pub async fn close(&self) -> Result<(), StoreError> {
-        self.send(Command::Close).await
+        self.send(WriterCommand::Close).await
     }
 
     /// A reading connection. It sees complete commits only.

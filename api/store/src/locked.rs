@@ -4,7 +4,7 @@ use super::digest::Head;
 use super::entry::{Append, Appended};
 use super::error::StoreError;
 use super::known::Known;
-use super::rows::Row;
+use super::rows::SqlRow;
 use super::shares::{Shares, Taken};
 use super::sql::signed;
 
@@ -21,7 +21,7 @@ impl Locked {
         "number, sequence, head, (SELECT digest FROM events WHERE mission = number
         AND events.sequence = missions.sequence), owner";
 
-    pub(super) fn read(row: &dyn Row) -> Result<Self, StoreError> {
+    pub(super) fn read(row: &dyn SqlRow) -> Result<Self, StoreError> {
         let head = Head { mission: row.get(0)?, sequence: row.get(1)?, digest: row.get(2)? };
         let stored: Option<Vec<u8>> = row.get(3)?;
         Ok(Self { is_whole: head.digest == stored.unwrap_or_default(), head, owner: row.get(4)? })

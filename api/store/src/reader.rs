@@ -11,7 +11,7 @@ use super::error::StoreError;
 use super::locked::Locked;
 use super::open_files::OpenFiles;
 use super::packed::unpack;
-use super::rows::{MISSION, Param, Row, Rows, stored_mission};
+use super::rows::{MISSION, Param, Rows, SqlRow, stored_mission};
 use super::schema;
 use super::sql::{LOCK_TIME, limit, signed, unsigned};
 
@@ -286,7 +286,7 @@ struct Linked {
 
 impl Linked {
     /// Reads a row of [`select_events`].
-    fn read(row: &dyn Row) -> Result<Self, StoreError> {
+    fn read(row: &dyn SqlRow) -> Result<Self, StoreError> {
         let event = StoredEvent {
             sequence: unsigned(row.get(1)?),
             kind: row.get(2)?,

@@ -20,19 +20,19 @@ pub(super) trait Param: ToSql {}
 #[cfg(not(feature = "postgres"))]
 impl<T: ToSql> Param for T {}
 
-pub(super) trait Row {
+pub(super) trait SqlRow {
     /// The value in a column, from 0.
     fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError>;
 }
 
-impl dyn Row + '_ {
+impl dyn SqlRow + '_ {
     pub(super) fn get<T: FromSql>(&self, column: usize) -> Result<T, StoreError> {
         let value = T::column_result(self.value(column)?);
         Ok(value.map_err(rusqlite::Error::from)?)
     }
 }
 
-impl Row for rusqlite::Row<'_> {
+impl SqlRow for rusqlite::Row<'_> {
     fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError> {
         Ok(self.get_ref(column)?)
     }
@@ -53,7 +53,7 @@ pub(super) trait Rows: Debug + Send {
         &self,
         query: &str,
         params: &[&dyn Param],
-        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+        take: &mut dyn FnMut(&dyn SqlRow) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError>;
 
     /// Executes a statement. Returns the number of changed rows.
@@ -65,7 +65,7 @@ impl dyn Rows + '_ {
         &self,
         query: &str,
         params: &[&dyn Param],
-        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
+        read: impl Fn(&dyn SqlRow) -> Result<T, StoreError>,
     ) -> Result<A, StoreError> {
         let mut all = vec![];
         self.each(query, params, &mut |row| {
@@ -79,7 +79,7 @@ impl dyn Rows + '_ {
         &self,
         query: &str,
         params: &[&dyn Param],
-        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
+        read: impl Fn(&dyn SqlRow) -> Result<T, StoreError>,
     ) -> Result<Option<T>, StoreError> {
         let mut first = None;
         self.each(query, params, &mut |row| {
@@ -92,7 +92,7 @@ impl dyn Rows + '_ {
     pub(super) fn one<T>(
         &self,
         query: &str,
-        read: impl Fn(&dyn Row) -> Result<T, StoreError>,
+        read: impl Fn(&dyn SqlRow) -> Result<T, StoreError>,
     ) -> Result<T, StoreError> {
         let row = self.first(query, &[], read)?;
         row.ok_or_else(|| StoreError::Damaged(format!("{query}: a row is missing")))
@@ -126,7 +126,7 @@ impl Rows for Connection {
         &self,
         query: &str,
         params: &[&dyn Param],
-        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+        take: &mut dyn FnMut(&dyn SqlRow) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError> {
         let mut statement = self.prepare_cached(query)?;
         let mut rows = statement.query(of_sqlite(params))?;
@@ -151,7 +151,7 @@ fn of_sqlite(params: &[&dyn Param]) -> impl Params {
 /// The columns that [`stored_mission`] reads.
 pub(super) const MISSION: &str = "number, id, summary, status, sequence, head, digest, owner";
 
-pub(super) fn stored_mission(row: &dyn Row) -> Result<StoredMission, StoreError> {
+pub(super) fn stored_mission(row: &dyn SqlRow) -> Result<StoredMission, StoreError> {
     let (number, id, summary): (_, String, Vec<u8>) = (row.get(0)?, row.get(1)?, row.get(2)?);
     let (status, head, stored): (String, Vec<u8>, Vec<u8>) = (row.get(3)?, row.get(5)?, row.get(6)?);
     let expected = digest(number, row.get(4)?, &summary_of(&status, &id), &head, &summary);

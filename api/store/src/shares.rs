@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::entry::{Append, Room};
 use super::error::StoreError;
-use super::rows::{Row, Rows};
+use super::rows::{Rows, SqlRow};
 
 /// Bytes of an event, a stored answer or an order beside its text.
 const BESIDE_TEXT: u64 = 64;
@@ -26,7 +26,7 @@ pub(super) struct Taken {
 
 impl Taken {
     /// Number, owner and bytes of a mission that a deletion has hidden.
-    pub(super) fn hidden(row: &dyn Row) -> Result<(i64, Self), StoreError> {
+    pub(super) fn hidden(row: &dyn SqlRow) -> Result<(i64, Self), StoreError> {
         let (owner, bytes) = (row.get(1)?, row.get::<i64>(2)?.unsigned_abs());
         Ok((row.get(0)?, Self { owner, bytes }))
     }

@@ -232,7 +232,7 @@ impl LogWriter for Writer {
         let mut entries = vec![];
         let committed = self.files.check().and_then(|()| self.known.check()).and_then(|()| {
             let unix_s = self.clock.machine.unix_s();
-            let mut batch = Batch {
+            let mut batch = OpenBatch {
                 shares: &self.shares,
                 known: &self.known,
                 trusted_s: self.clock.now_s(),
@@ -240,7 +240,7 @@ impl LogWriter for Writer {
                 heads: vec![],
             };
             let appended = batch.commit(&mut self.connection, &appends)?;
-            let Batch { taken, heads, .. } = batch;
+            let OpenBatch { taken, heads, .. } = batch;
             for taken in taken {
                 self.shares.take(taken);
             }
@@ -392,7 +392,7 @@ fn size(append: &Append) -> usize {
     events.sum::<usize>() + append.summary.len() + snapshot
 }
 
-struct Batch<'a, 'b> {
+struct OpenBatch<'a, 'b> {
     shares: &'b Shares,
     known: &'b Known,
     /// Trusted time of the commit, Unix time, s.
@@ -403,7 +403,7 @@ struct Batch<'a, 'b> {
     heads: Vec<(&'a Append, Head)>,
 }
 
-impl<'a> Batch<'a, '_> {
+impl<'a> OpenBatch<'a, '_> {
     fn commit(
         &mut self,
         connection: &mut Connection,

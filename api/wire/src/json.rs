@@ -495,7 +495,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
     ) -> Result<V::Value, ShapeError> {
         match self.json {
             Json::Object(_) if !self.hidden.is_empty() => {
-                visitor.visit_enum(MapAccessDeserializer::new(Kind(self)))
+                visitor.visit_enum(MapAccessDeserializer::new(ByKind(self)))
             }
             Json::Text(text) => visitor.visit_enum(StrDeserializer::new(text)),
             _ => self.must_be("text"),
@@ -547,9 +547,9 @@ impl<'de> SeqAccess<'de> for Parts<'de> {
 }
 
 /// An object of one of several kinds, as a map from its kind to the same object.
-struct Kind<'a>(Node<'a>);
+struct ByKind<'a>(Node<'a>);
 
-impl<'de> MapAccess<'de> for Kind<'de> {
+impl<'de> MapAccess<'de> for ByKind<'de> {
     type Error = ShapeError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, ShapeError> {

@@ -44,13 +44,13 @@ const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 /// Without a second fix, the first box is centred on the first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaypointBox {
-    fixes: Option<Fixes>,
+    fixes: Option<LastFixes>,
     lap: Option<Lap>,
 }
 
 /// The last two fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Fixes {
+struct LastFixes {
     last: Vector2<f64>,
     /// Time of the last, s.
     taken_at: f64,
@@ -92,7 +92,7 @@ impl WaypointBox {
 
     /// Stores a fix when due; `true` if the target is another one than at the last fix.
     fn take_fix(&mut self, time: f64, position: &Vector2<f64>) -> bool {
-        let first = Fixes { last: *position, taken_at: time, before: None };
+        let first = LastFixes { last: *position, taken_at: time, before: None };
         let Some(fixes) = self.fixes else {
             self.fixes = Some(first);
             return false;
@@ -101,13 +101,13 @@ impl WaypointBox {
         if jumped || time < fixes.taken_at {
             self.fixes = Some(first);
         } else if FIX_INTERVAL <= time - fixes.taken_at {
-            self.fixes = Some(Fixes { before: Some(fixes.last), ..first });
+            self.fixes = Some(LastFixes { before: Some(fixes.last), ..first });
         }
         jumped
     }
 
     fn centre(&self, otherwise: &Vector2<f64>) -> Vector2<f64> {
-        let mean = |fixes: &Fixes| 0.5 * (fixes.last + fixes.before.unwrap_or(fixes.last));
+        let mean = |fixes: &LastFixes| 0.5 * (fixes.last + fixes.before.unwrap_or(fixes.last));
         self.fixes.as_ref().map_or(*otherwise, mean)
     }
 }

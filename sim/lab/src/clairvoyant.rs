@@ -99,7 +99,7 @@ pub(crate) fn clairvoyant(pursuit: &Pursuit) -> Option<Clairvoyant> {
 
 /// ‖Σ coefficient · d_k + offset‖ ≤ radius over (k, coefficient), d_k the deviation at tick k, m.
 #[derive(Clone, Debug)]
-struct Disc {
+struct DeviationDisc {
     terms: Vec<(usize, f64)>,
     offset: Vector2<f64>,
     radius: f64,
@@ -113,7 +113,7 @@ impl Pursuit {
     }
 
     /// The limits of speed and acceleration, tick by tick.
-    fn discs(&self) -> Vec<Disc> {
+    fn discs(&self) -> Vec<DeviationDisc> {
         (1..self.goal.len()).flat_map(|k| [self.speed(k), self.acceleration(k)]).collect()
     }
 
@@ -129,9 +129,9 @@ impl Pursuit {
     }
 
     /// The speed limit of the tick that ends at k.
-    fn speed(&self, k: usize) -> Disc {
+    fn speed(&self, k: usize) -> DeviationDisc {
         let fastest = self.speed_max.max(self.start_velocity.norm());
-        Disc {
+        DeviationDisc {
             terms: vec![(k, 1.0), (k - 1, -1.0)],
             offset: self.relative_way(k),
             radius: self.interval * fastest + self.current_change(k),
@@ -139,16 +139,16 @@ impl Pursuit {
     }
 
     /// The acceleration limit between the tick that ends at k and the previous tick, or the start.
-    fn acceleration(&self, k: usize) -> Disc {
+    fn acceleration(&self, k: usize) -> DeviationDisc {
         let change = self.interval * self.interval * self.acceleration_max;
         if k == 1 {
-            return Disc {
+            return DeviationDisc {
                 terms: vec![(1, 1.0), (0, -1.0)],
                 offset: self.relative_way(1) - self.start_velocity * self.interval,
                 radius: 0.5 * change + self.current_change(1),
             };
         }
-        Disc {
+        DeviationDisc {
             terms: vec![(k, 1.0), (k - 1, -2.0), (k - 2, 1.0)],
             offset: self.relative_way(k) - self.relative_way(k - 1),
             radius: change + self.current_change(k) + self.current_change(k - 1),
@@ -165,7 +165,7 @@ struct Chase {
 
 impl Chase {
     /// `first` is d_0, which is data.
-    fn new(discs: &[Disc], first: Vector2<f64>, n_ticks: usize, unit: f64) -> Self {
+    fn new(discs: &[DeviationDisc], first: Vector2<f64>, n_ticks: usize, unit: f64) -> Self {
         let (mut rows, mut columns, mut values) = (vec![], vec![], vec![]);
         let mut bounds = Vec::with_capacity(CONE * discs.len());
         for disc in discs {

@@ -36,10 +36,10 @@ pub struct Comparison {
     pub seed: u64,
     /// The controllers in the order of [`names`]. In JSON an object, by name.
     #[serde(serialize_with = "by_name")]
-    pub controllers: Vec<Controller>,
+    pub controllers: Vec<ComparedController>,
 }
 
-fn by_name<S: Serializer>(all: &[Controller], serializer: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(all: &[ComparedController], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(all.iter().map(|controller| (&controller.name, controller)))
 }
 
@@ -140,7 +140,7 @@ fn localises(scenario: &Scenario) -> bool {
 
 /// A controller's knowledge and scores.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Controller {
+pub struct ComparedController {
     /// Its name.
     #[serde(skip)]
     pub name: String,
@@ -163,7 +163,7 @@ pub struct Controller {
     pub record: Record,
 }
 
-impl Controller {
+impl ComparedController {
     /// The compared value; less is better.
     fn value(&self) -> f64 {
         let metrics = &self.scores.metrics;
@@ -219,17 +219,17 @@ impl Comparison {
         order.sort_by_key(|&number| campaign.controllers[number].name != GUIDE);
         let flown = order.into_iter();
         let flown = flown.map(|number| Ok((number, fly(&campaign, number, progress)?)));
-        let flown: BTreeMap<usize, Controller> = flown.collect::<Result<_, _>>()?;
+        let flown: BTreeMap<usize, ComparedController> = flown.collect::<Result<_, _>>()?;
         Ok(Self { scenario: scenario.name.clone(), seed, controllers: flown.into_values().collect() })
     }
 
     /// The controller with the least mean cost of visited AUVs, the least error of localised ones,
     /// or the least `rms_m`.
-    pub fn best(&self) -> &Controller {
-        self.least(Controller::value)
+    pub fn best(&self) -> &ComparedController {
+        self.least(ComparedController::value)
     }
 
-    fn least(&self, value: impl Fn(&Controller) -> f64) -> &Controller {
+    fn least(&self, value: impl Fn(&ComparedController) -> f64) -> &ComparedController {
         let all = self.controllers.iter();
         let least = all.min_by(|a, b| value(a).total_cmp(&value(b)));
         least.expect("the planner is one of them")
@@ -249,7 +249,7 @@ fn fly(
     campaign: &Campaign,
     number: usize,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Controller, ComparisonError> {
+) -> Result<ComparedController, ComparisonError> {
     let (controller, scenario) = (&campaign.controllers[number], &campaign.cases[0].scenario);
     let stage = format!("tuning {}", controller.name);
     let setting = best(campaign, number, &mut |done| progress(&stage, done));
@@ -264,7 +264,7 @@ fn fly(
     let flown = fly_while(campaign, Condition::default(), controller, setting, &mut watch);
     let flown = flown.map_err(|error| ComparisonError::Mission(scenario.name.clone(), error))?;
     let record = flown.expect("nothing stops it").record;
-    Ok(Controller {
+    Ok(ComparedController {
         name: controller.name.clone(),
         scores: Scores::of(&record).ok_or_else(|| ComparisonError::NoSurfaceCraft(scenario.name.clone()))?,
         information,

@@ -111,20 +111,18 @@ pub fn read(path: &Path) -> Result<Log, LogFileError> {
     samples.log()
 }
 
-/// A cell of a row; `None` if it is empty.
-type Cell = Option<CellValue>;
-
+/// A cell of a row.
 enum CellValue {
     Number(f64),
     Word(String),
 }
 
-fn of_text(text: &str) -> Cell {
+fn of_text(text: &str) -> Option<CellValue> {
     let known = text.parse().map(CellValue::Number);
     (!text.is_empty()).then(|| known.unwrap_or_else(|_| CellValue::Word(text.to_owned())))
 }
 
-fn of_field(field: &Field) -> Cell {
+fn of_field(field: &Field) -> Option<CellValue> {
     match field {
         Field::Double(number) => Some(CellValue::Number(*number)),
         Field::Float(number) => Some(CellValue::Number(f64::from(*number))),
@@ -135,7 +133,7 @@ fn of_field(field: &Field) -> Cell {
     }
 }
 
-fn of_value(value: &Value) -> Cell {
+fn of_value(value: &Value) -> Option<CellValue> {
     let word = value.as_str().map(|word| CellValue::Word(word.to_owned()));
     word.or_else(|| value.as_f64().map(CellValue::Number))
 }
@@ -158,7 +156,7 @@ struct Samples {
 impl Samples {
     /// Takes a row, by the names of its columns. Rows without a heading, or before the first
     /// reference, are skipped.
-    fn add(&mut self, row: &BTreeMap<&str, Cell>) -> Result<(), LogFileError> {
+    fn add(&mut self, row: &BTreeMap<&str, Option<CellValue>>) -> Result<(), LogFileError> {
         self.n_read += 1;
         for (names, found) in NEEDED.iter().zip(&mut self.found) {
             *found |= names.iter().any(|name| row.contains_key(*name));

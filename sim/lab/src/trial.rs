@@ -38,7 +38,7 @@ const ROUNDS: f64 = 1.3;
 
 /// A part of a trial with one speed and one turn rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leg {
+pub struct TrialLeg {
     /// Duration, s.
     pub duration: f64,
     /// Speed reference, m/s.
@@ -53,7 +53,7 @@ pub struct Leg {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The legs.
-    pub legs: Vec<Leg>,
+    pub legs: Vec<TrialLeg>,
 }
 
 impl Trial {
@@ -61,7 +61,7 @@ impl Trial {
     pub(crate) fn half_hour(speed_max: f64, turn_rate_max: f64) -> Self {
         let mut legs = Vec::new();
         let mut leg = |duration, speed: f64, heading, turn_rate| {
-            legs.push(Leg { duration, speed: speed * speed_max, heading, turn_rate });
+            legs.push(TrialLeg { duration, speed: speed * speed_max, heading, turn_rate });
         };
         leg(60.0, WORKING, 0.0, 0.0);
         // Speed steps on both courses: small ones for the time constant, large ones for the limits.

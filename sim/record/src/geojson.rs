@@ -52,11 +52,11 @@ pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S
 }
 
 /// Owner of a line: kind and id. The surface craft comes first.
-type Track = (&'static str, String);
+type TrackKey = (&'static str, String);
 
 /// Position of a vehicle or the goal at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct TrackPoint {
+struct TimedPosition {
     /// On the mission's clock, s.
     time: f64,
     /// (north, east), m.
@@ -66,9 +66,9 @@ struct TrackPoint {
 }
 
 /// The positions in a row and their owners.
-fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, TrackPoint)> {
+fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a str, TimedPosition)> {
     let time = row.t_s.unwrap_or_default();
-    let place = |position, depth| TrackPoint { time, position, depth };
+    let place = |position, depth| TimedPosition { time, position, depth };
     let vehicle = row.place().map(|(id, position)| {
         if id == SURFACE_CRAFT {
             ("asc", id, place(position, None))
@@ -101,7 +101,7 @@ impl<S: Source> Chart<'_, S> {
 
     fn for_each_place(
         &self,
-        mut take: impl FnMut(&'static str, &str, TrackPoint) -> Result<(), S::Error>,
+        mut take: impl FnMut(&'static str, &str, TimedPosition) -> Result<(), S::Error>,
     ) -> Result<(), S::Error> {
         self.source.for_each_with_places(&mut |entry| {
             let mut places = entry.rows.iter().flat_map(track_points);
@@ -109,7 +109,7 @@ impl<S: Source> Chart<'_, S> {
         })
     }
 
-    fn points_of_each(&self) -> Result<BTreeMap<Track, usize>, S::Error> {
+    fn points_of_each(&self) -> Result<BTreeMap<TrackKey, usize>, S::Error> {
         let mut points = BTreeMap::new();
         self.for_each_place(|kind, id, _| {
             *points.entry((kind, id.to_owned())).or_default() += 1;
@@ -118,7 +118,7 @@ impl<S: Source> Chart<'_, S> {
         Ok(points)
     }
 
-    fn track(&self, track: &Track, out: &mut impl Write) -> Result<(), S::Error> {
+    fn track(&self, track: &TrackKey, out: &mut impl Write) -> Result<(), S::Error> {
         let properties = self.properties(track.0, &track.1).to_string();
         let open = properties.strip_suffix('}').unwrap_or(&properties);
         write!(out, r#"{{"type":"Feature","properties":{open},"t_s":"#)?;
@@ -143,12 +143,12 @@ impl<S: Source> Chart<'_, S> {
     /// A JSON list of the track's places in order of time, each written by `write_place`.
     fn list<W: Write>(
         &self,
-        (kind, id): &Track,
+        (kind, id): &TrackKey,
         out: &mut W,
-        write_place: impl Fn(&mut W, &TrackPoint) -> io::Result<()>,
+        write_place: impl Fn(&mut W, &TimedPosition) -> io::Result<()>,
     ) -> Result<(), S::Error> {
         let mut separator: &[u8] = b"[";
-        let mut item = |place: Option<TrackPoint>| {
+        let mut item = |place: Option<TimedPosition>| {
             let Some(place) = place else { return Ok(()) };
             out.write_all(std::mem::replace(&mut separator, b","))?;
             write_place(out, &place)
@@ -208,11 +208,11 @@ impl<S: Source> Chart<'_, S> {
 
 /// Points in order of time, except late ones.
 #[derive(Debug, Default)]
-struct Window(VecDeque<TrackPoint>);
+struct Window(VecDeque<TimedPosition>);
 
 impl Window {
     /// Adds a point, and returns the earliest if the window is full.
-    fn push(&mut self, place: TrackPoint) -> Option<TrackPoint> {
+    fn push(&mut self, place: TimedPosition) -> Option<TimedPosition> {
         let order = self.0.partition_point(|earlier| earlier.time <= place.time);
         self.0.insert(order, place);
         let is_full = WINDOW < self.0.len();

@@ -96,12 +96,12 @@ pub struct SurfaceSensors {
     /// Error of the satellite position (north, east), m.
     position_error: Vector2<f64>,
     /// Result of the last measurement; none before the first.
-    track: Option<Track>,
+    track: Option<DeadReckoning>,
 }
 
 /// Start of dead reckoning.
 #[derive(Clone, Copy, Debug)]
-struct Track {
+struct DeadReckoning {
     /// Estimated position (north, east), m.
     position: Vector2<f64>,
     /// Current (north, east), m/s, averaged while GNSS works; none before that.
@@ -181,7 +181,7 @@ impl SurfaceSensors {
             }
             (None, None) => {}
         }
-        self.track = Some(Track { position: state.position(), current });
+        self.track = Some(DeadReckoning { position: state.position(), current });
     }
 }
 

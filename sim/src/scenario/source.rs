@@ -51,10 +51,6 @@ impl Source {
     }
 }
 
-/// The form of a member that often gets another one: the member without indices, as `auvs[].path`,
-/// its shape, and an example for the error.
-type Form = (&'static str, Shape, &'static str);
-
 enum Shape {
     Text,
     WholeNumber,
@@ -65,7 +61,9 @@ enum Shape {
     OneOf(&'static [&'static str]),
 }
 
-const FORMS: &[Form] = &[
+/// Members that often get another form, each without indices, as `auvs[].path`, with its shape and
+/// an example for the error.
+const FORMS: &[(&str, Shape, &str)] = &[
     ("schema_version", Shape::Text, "schema_version = \"1\""),
     (
         "water.current",
@@ -111,7 +109,7 @@ impl Shape {
 }
 
 /// A member of a file on the path to an inner member.
-struct Member<'a> {
+struct OuterMember<'a> {
     /// Its name, as `auvs[0].path`.
     field: String,
     /// The same without indices, as `auvs[].path`.
@@ -150,8 +148,8 @@ fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
 }
 
 /// The existing members on the path to `field`, such as `auvs[0].path`, outermost first.
-fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
-    let mut members: Vec<Member<'a>> = vec![];
+fn members_to<'a>(text: &'a str, field: &str) -> Vec<OuterMember<'a>> {
+    let mut members: Vec<OuterMember<'a>> = vec![];
     let Ok(document) = DeTable::parse(text) else {
         return members;
     };
@@ -179,7 +177,7 @@ fn members_to<'a>(text: &'a str, field: &str) -> Vec<Member<'a>> {
                 place = format!("{place}.{step}");
             }
         }
-        members.push(Member { field, place, value });
+        members.push(OuterMember { field, place, value });
     }
     members
 }

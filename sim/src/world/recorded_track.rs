@@ -37,7 +37,7 @@ pub struct TrackMotion {
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Leg {
+struct LegMotion {
     middle: f64,
     velocity: Vector2<f64>,
     descent: f64,
@@ -80,13 +80,13 @@ impl RecordedTrack {
     }
 
     /// The leg that ends at point number `to`; at rest before the first and after the last.
-    fn leg(&self, to: usize) -> Leg {
+    fn leg(&self, to: usize) -> LegMotion {
         let (Some(from), Some(to)) = (to.checked_sub(1).and_then(|from| self.0.get(from)), self.0.get(to))
         else {
-            return Leg::default();
+            return LegMotion::default();
         };
         let duration = to.time - from.time;
-        Leg {
+        LegMotion {
             middle: 0.5 * (from.time + to.time),
             velocity: (to.position - from.position) / duration,
             descent: (to.depth - from.depth) / duration,

@@ -33,12 +33,12 @@ const SETTLES_S: f64 = 2.0;
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct Turns {
-    samples: VecDeque<Sample>,
-    newest: Option<Sample>,
+    samples: VecDeque<HeadingSample>,
+    newest: Option<HeadingSample>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct HeadingSample {
     t_s: f64,
     /// Heading without jumps at ±π, rad, and its integral, rad s.
     heading: f64,
@@ -58,11 +58,11 @@ impl Turns {
         turned: Option<[f64; 2]>,
         travelled: Vector2<f64>,
     ) -> bool {
-        let first = Sample { t_s, heading, integral: 0.0, turned, travelled };
+        let first = HeadingSample { t_s, heading, integral: 0.0, turned, travelled };
         let newest = match self.newest {
             Some(before) if (0.0..=TURN_EACH_S).contains(&(t_s - before.t_s)) => {
                 let change = wrap(heading - before.heading);
-                Sample {
+                HeadingSample {
                     heading: before.heading + change,
                     integral: before.integral + (before.heading + 0.5 * change) * (t_s - before.t_s),
                     ..first
@@ -79,7 +79,7 @@ impl Turns {
         if is_kept {
             self.samples.push_back(newest);
         }
-        let is_old = |oldest: &Sample| t_s - oldest.t_s > TURN_KEPT_S;
+        let is_old = |oldest: &HeadingSample| t_s - oldest.t_s > TURN_KEPT_S;
         while self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();
         }
@@ -88,7 +88,7 @@ impl Turns {
 
     /// `true` if the heading turned otherwise than the yaw rate.
     pub(super) fn contradict_rate(&self) -> bool {
-        let off = |sample: &Sample| {
+        let off = |sample: &HeadingSample| {
             let [turned, error] = sample.turned?;
             Some((sample.heading - turned, error))
         };
@@ -121,8 +121,8 @@ impl Turns {
     }
 
     /// Mean heading and course, rad, before `end`; `None` if unknown or if the craft was slow.
-    fn mean_until(&self, end: &Sample) -> Option<(f64, f64)> {
-        let is_start = |sample: &&Sample| end.t_s - sample.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
+    fn mean_until(&self, end: &HeadingSample) -> Option<(f64, f64)> {
+        let is_start = |sample: &&HeadingSample| end.t_s - sample.t_s <= MEAN_S + 0.5 * TURN_EACH_S;
         let start = self.samples.iter().find(is_start)?;
         let span = end.t_s - start.t_s;
         let velocity = (end.travelled - start.travelled) / span;

@@ -44,10 +44,10 @@ pub fn replay(
     let created = created(reader, listed.number)?;
     let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {
-        (Some(config), _) => Run::Live(Box::new(MissionState::new(config)), Box::default()),
+        (Some(config), _) => RepeatedMission::Live(Box::new(MissionState::new(config)), Box::default()),
         (None, Some(config)) => {
             let simulation = Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?;
-            Run::Simulated(Box::new(simulation), Box::default())
+            RepeatedMission::Simulated(Box::new(simulation), Box::default())
         }
         (None, None) => return Err(StoreError::Damaged(format!("{id} is neither live nor simulated"))),
     };
@@ -61,20 +61,20 @@ pub fn replay(
                 Some(answer) if answer.digest() == planned.answer_sha256 => replayed.equal += 1,
                 Some(_) => replayed.different.push(stored.sequence),
             },
-            (event, Run::Live(state, _)) => state.apply(&event, &clock),
-            (_, Run::Simulated(..)) => {}
+            (event, RepeatedMission::Live(state, _)) => state.apply(&event, &clock),
+            (_, RepeatedMission::Simulated(..)) => {}
         }
         Ok(())
     })?;
     Ok(Some(replayed))
 }
 
-enum Run {
+enum RepeatedMission {
     Live(Box<MissionState>, Box<Workspace>),
     Simulated(Box<Simulation>, Box<Workspace>),
 }
 
-impl Run {
+impl RepeatedMission {
     /// The repeated answer; `None` if a deadline cut it short.
     fn plan(&mut self, logged: &Planned) -> Result<Option<StoredAnswer>, StoreError> {
         match self {

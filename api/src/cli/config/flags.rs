@@ -3,11 +3,11 @@
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, parser::ValueSource};
 use toml::Value;
 
-use super::setting::{COMMON, Kind, SERVE, Setting};
+use super::setting::{COMMON, ConfigSetting, SERVE, SettingKind};
 
 /// The given flags of one table of settings, [`SERVE`] or [`COMMON`].
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Flags<const OF_SERVICE: bool>(pub(crate) Vec<(&'static Setting, Value)>);
+pub(crate) struct Flags<const OF_SERVICE: bool>(pub(crate) Vec<(&'static ConfigSetting, Value)>);
 
 /// Flags that every subcommand has.
 pub(crate) type CommonFlags = Flags<false>;
@@ -16,7 +16,7 @@ pub(crate) type CommonFlags = Flags<false>;
 pub(crate) type ServeFlags = Flags<true>;
 
 impl<const OF_SERVICE: bool> Flags<OF_SERVICE> {
-    const SETTINGS: &'static [Setting] = if OF_SERVICE { SERVE } else { COMMON };
+    const SETTINGS: &'static [ConfigSetting] = if OF_SERVICE { SERVE } else { COMMON };
 
     /// The name of the first given flag.
     pub(crate) fn first(&self) -> Option<String> {
@@ -26,12 +26,12 @@ impl<const OF_SERVICE: bool> Flags<OF_SERVICE> {
 }
 
 /// Name of the argument in clap. Subcommands have arguments with the settings' names.
-fn id(setting: &Setting) -> String {
+fn id(setting: &ConfigSetting) -> String {
     format!("setting {}", setting.name)
 }
 
-fn flag(setting: &'static Setting) -> Arg {
-    let Setting { kind, .. } = *setting;
+fn flag(setting: &'static ConfigSetting) -> Arg {
+    let ConfigSetting { kind, .. } = *setting;
     let default = setting.default.filter(|default| !default.is_empty());
     let default = default.map_or_else(String::new, |default| format!(" [default: {default}]"));
     let flag = Arg::new(id(setting))
@@ -40,15 +40,15 @@ fn flag(setting: &'static Setting) -> Arg {
         .help(format!("{} [env: {}]{default}", setting.help, setting.variable()))
         .value_parser(move |text: &str| kind.read(text).map(|_| text.to_owned()));
     match kind {
-        Kind::Switch => flag.num_args(0..=1).require_equals(true).default_missing_value("true"),
-        Kind::List => flag.action(ArgAction::Append),
+        SettingKind::Switch => flag.num_args(0..=1).require_equals(true).default_missing_value("true"),
+        SettingKind::List => flag.action(ArgAction::Append),
         _ => flag,
     }
 }
 
 /// The hidden flags of missions and tokens, for commands without either.
 pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
-    let is_place = |setting: &&Setting| ["data", "store", "tokens"].contains(&setting.name);
+    let is_place = |setting: &&ConfigSetting| ["data", "store", "tokens"].contains(&setting.name);
     let places = COMMON.iter().filter(is_place);
     places.map(|setting| flag(setting).global(true).hide(true))
 }

@@ -13,9 +13,9 @@ pub(crate) const PREFIX: &str = "PILOTFISH_";
 /// One setting. Its flag is `--` and the name with hyphens, its variable [`PREFIX`] and the name in
 /// capitals, its key in the file the name.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Setting {
+pub(crate) struct ConfigSetting {
     pub(crate) name: &'static str,
-    pub(crate) kind: Kind,
+    pub(crate) kind: SettingKind,
     /// As written in the environment.
     pub(crate) default: Option<&'static str>,
     /// Name of the value in the help.
@@ -24,7 +24,7 @@ pub(crate) struct Setting {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub(crate) enum SettingKind {
     Text,
     Number(fn() -> RangeInclusive<f64>),
     Whole(i64, i64),
@@ -43,7 +43,7 @@ macro_rules! settings {
     })*) => {
         $(
             #[doc = $doc]
-            pub(crate) const $table: &[Setting] = &[$(Setting {
+            pub(crate) const $table: &[ConfigSetting] = &[$(ConfigSetting {
                 name: stringify!($name),
                 kind: $kind,
                 default: $default,
@@ -63,57 +63,57 @@ macro_rules! settings {
 settings! {
     /// Settings of every subcommand.
     COMMON {
-        data: PathBuf = Kind::Text, Some("pilotfish-data"), "DIRECTORY",
+        data: PathBuf = SettingKind::Text, Some("pilotfish-data"), "DIRECTORY",
             "Data directory, created if missing";
-        store: Option<String> = Kind::Text, None, "URL",
+        store: Option<String> = SettingKind::Text, None, "URL",
             "PostgreSQL database of the missions, postgres://USER@HOST:PORT,HOST:PORT/NAME, which several services share; by default the data directory has them";
-        tokens: Option<PathBuf> = Kind::Text, None, "FILE",
+        tokens: Option<PathBuf> = SettingKind::Text, None, "FILE",
             "Token file; by default tokens.json in the data directory";
-        log: String = Kind::Filter, Some("warn,pilotfish=info"), "FILTER",
+        log: String = SettingKind::Filter, Some("warn,pilotfish=info"), "FILTER",
             "Log filter: a level, and levels by target, such as warn,pilotfish=debug; RUST_LOG overrides it";
-        log_format: String = Kind::OneOf(&["text", "json"]), Some("text"), "FORMAT",
+        log_format: String = SettingKind::OneOf(&["text", "json"]), Some("text"), "FORMAT",
             "Log format: text or json";
     }
     /// Settings of the service.
     SERVE {
-        host: String = Kind::Text, Some("127.0.0.1"), "HOST",
+        host: String = SettingKind::Text, Some("127.0.0.1"), "HOST",
             "Address or host name to listen on";
-        port: u16 = Kind::Whole(0, 65_535), Some("8080"), "PORT",
+        port: u16 = SettingKind::Whole(0, 65_535), Some("8080"), "PORT",
             "Port to listen on; 0 chooses a free one";
-        allow_host: Vec<String> = Kind::List, Some(""), "NAME",
+        allow_host: Vec<String> = SettingKind::List, Some(""), "NAME",
             "More host names under which clients reach the service, such as that of a proxy; separated by commas";
-        tls_certificate: Option<PathBuf> = Kind::Text, None, "FILE",
+        tls_certificate: Option<PathBuf> = SettingKind::Text, None, "FILE",
             "Certificate chain (PEM) for HTTPS";
-        tls_key: Option<PathBuf> = Kind::Text, None, "FILE",
+        tls_key: Option<PathBuf> = SettingKind::Text, None, "FILE",
             "Private key of the certificate (PEM)";
-        insecure: bool = Kind::Switch, Some("false"), "BOOL",
+        insecure: bool = SettingKind::Switch, Some("false"), "BOOL",
             "Let other machines connect without tokens or without TLS, although anyone on the network can then read or command";
-        deadline_ms: f64 = Kind::Number(|| DEADLINE_MS), Some("1000"), "MS",
+        deadline_ms: f64 = SettingKind::Number(|| DEADLINE_MS), Some("1000"), "MS",
             "Deadline of an answer, ms, from 0.05 to 60000; a request may set an earlier one";
-        keep_days: f64 = Kind::Number(|| 0.0..=36_500.0), Some("0"), "DAYS",
+        keep_days: f64 = SettingKind::Number(|| 0.0..=36_500.0), Some("0"), "DAYS",
             "How long finished missions are kept, days; 0 keeps them forever";
-        abandoned_hours: f64 = Kind::Number(|| 0.0..=87_600.0), Some("24"), "HOURS",
+        abandoned_hours: f64 = SettingKind::Number(|| 0.0..=87_600.0), Some("24"), "HOURS",
             "Time without a report after which a live mission is finished, hours; 0 means never";
-        client_gib: f64 = Kind::Number(|| 0.0..=1e6), Some("0"), "GIB",
+        client_gib: f64 = SettingKind::Number(|| 0.0..=1e6), Some("0"), "GIB",
             "Disk space for the missions of one client, GiB; 0 allows half of the space that is free or used by the log at the start, and all of it with --store";
-        advertise: Option<String> = Kind::Text, None, "URL",
+        advertise: Option<String> = SettingKind::Text, None, "URL",
             "With --store: where the other services reach this one, http://HOST:PORT or https://HOST:PORT; by default the address to listen on; required if that is a loopback address and the database is on another machine";
-        advertise_ca: Option<PathBuf> = Kind::Text, None, "FILE",
+        advertise_ca: Option<PathBuf> = SettingKind::Text, None, "FILE",
             "With --store, if services call each other by HTTPS: certificate of the authority (PEM) that signed theirs";
-        peers: Vec<String> = Kind::List, Some(""), "URL",
+        peers: Vec<String> = SettingKind::List, Some(""), "URL",
             "With --store: where the other services are, http://HOST:PORT or https://HOST:PORT, separated by commas: besides services certified by --advertise-ca, calls with a client's token are forwarded to these alone";
-        lease_s: f64 = Kind::Number(|| 0.5..=60.0), Some("2"), "S",
+        lease_s: f64 = SettingKind::Number(|| 0.5..=60.0), Some("2"), "S",
             "With --store: how long this service keeps its missions while the database does not answer, s, from 0.5 to 60; then another one takes them";
-        shutdown_delay_s: f64 = Kind::Number(|| 0.0..=30.0), Some("0"), "S",
+        shutdown_delay_s: f64 = SettingKind::Number(|| 0.0..=30.0), Some("0"), "S",
             "How long to keep serving after a stop signal while /readyz fails, s, from 0 to 30: time for a proxy to notice";
     }
 }
 
-pub(crate) fn all() -> impl Iterator<Item = &'static Setting> {
+pub(crate) fn all() -> impl Iterator<Item = &'static ConfigSetting> {
     COMMON.iter().chain(SERVE)
 }
 
-impl Setting {
+impl ConfigSetting {
     pub(crate) fn flag(&self) -> String {
         self.name.replace('_', "-")
     }
@@ -123,7 +123,7 @@ impl Setting {
     }
 }
 
-impl Kind {
+impl SettingKind {
     /// The value of a flag or variable. Fails with the expected form.
     pub(crate) fn read(self, text: &str) -> Result<Value, String> {
         let value = match self {
@@ -222,7 +222,7 @@ mod tests {
             ("warn,pilotfish", false),
             ("pilotfish=loud", false),
         ] {
-            assert_eq!(Kind::Filter.read(filter).is_ok(), is_one, "{filter}");
+            assert_eq!(SettingKind::Filter.read(filter).is_ok(), is_one, "{filter}");
         }
     }
 

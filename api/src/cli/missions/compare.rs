@@ -29,8 +29,8 @@ pub(crate) struct Compare {
     #[arg(long, value_name = "URL")]
     guide: Option<GuideUrl>,
     /// Format of the scores.
-    #[arg(long, value_enum, default_value_t = Format::Table)]
-    format: Format,
+    #[arg(long, value_enum, default_value_t = ScoresFormat::Table)]
+    format: ScoresFormat,
     /// Write an interactive report of all missions to this file.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
@@ -41,7 +41,7 @@ pub(crate) struct Compare {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Format {
+enum ScoresFormat {
     /// For people.
     Table,
     /// For programs.
@@ -71,8 +71,8 @@ pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let page = page.map_or(Ok(()), |file| file.write_text(&report(&reported(&comparison))));
     page.and(written)?;
     match arguments.format {
-        Format::Table => Ok(print(&comparison.to_string())?),
-        Format::Json => Ok(print_json(&comparison)?),
+        ScoresFormat::Table => Ok(print(&comparison.to_string())?),
+        ScoresFormat::Json => Ok(print_json(&comparison)?),
     }
 }
 

@@ -41,8 +41,8 @@ pub(crate) struct Simulate {
     #[command(flatten)]
     run: RunArguments,
     /// The planner (mpc) or a line-of-sight law.
-    #[arg(long, value_parser = Controller::parser(), default_value = Controller::PLANNER)]
-    controller: Controller,
+    #[arg(long, value_parser = ControllerName::parser(), default_value = ControllerName::PLANNER)]
+    controller: ControllerName,
     /// Steer by the law at this address, which gets each snapshot over HTTP (docs/own-law.md), such
     /// as http://127.0.0.1:8000/.
     #[arg(
@@ -88,9 +88,9 @@ pub(crate) struct Simulate {
 
 /// The planner, or a law instead.
 #[derive(Clone, Copy, Debug)]
-struct Controller(Option<LosLaw>);
+struct ControllerName(Option<LosLaw>);
 
-impl Controller {
+impl ControllerName {
     const PLANNER: &str = "mpc";
 
     /// Parses the value of `--controller`.

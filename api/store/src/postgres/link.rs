@@ -19,7 +19,7 @@ use tokio_postgres::{Client, Config, Error, Statement};
 
 use super::super::error::StoreError;
 use super::super::ownership::Trouble;
-use super::super::rows::{Param, Row, Rows};
+use super::super::rows::{Param, Rows, SqlRow};
 use super::super::sql::without_nul;
 use super::tls::Tls;
 use super::wait::{wait_for, wait_while};
@@ -339,7 +339,7 @@ impl Rows for Pooled {
         &self,
         query: &str,
         params: &[&dyn Param],
-        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+        take: &mut dyn FnMut(&dyn SqlRow) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError> {
         self.with(|link| {
             let statement = link.prepared(query)?;
@@ -368,7 +368,7 @@ impl Rows for Link {
         &self,
         query: &str,
         params: &[&dyn Param],
-        take: &mut dyn FnMut(&dyn Row) -> Result<bool, StoreError>,
+        take: &mut dyn FnMut(&dyn SqlRow) -> Result<bool, StoreError>,
     ) -> Result<(), StoreError> {
         for row in self.query(query, &of_postgres(params))? {
             if !take(&row)? {
@@ -383,7 +383,7 @@ impl Rows for Link {
     }
 }
 
-impl Row for tokio_postgres::Row {
+impl SqlRow for tokio_postgres::Row {
     fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError> {
         let value = match *self.columns()[column].type_() {
             Type::INT8 => self.try_get::<_, Option<_>>(column)?.map(Integer),

@@ -12,7 +12,7 @@ use super::controller::Controller;
 use super::design::{Campaign, Condition, Run};
 use super::grid::{Setting, grid, tuned};
 use super::learnt::CraftLearning;
-use super::rows::{LEARNT, MORE, Row, Rows};
+use super::rows::{LEARNT, MORE, Rows, RunRow};
 use super::score::{SCORES, Score, steps_above};
 use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
 
@@ -76,7 +76,7 @@ pub(super) fn result(
     run: Run,
     gains: &RunGains,
     bound_rms_m: Option<f64>,
-) -> Result<Row, NoGuidance> {
+) -> Result<RunRow, NoGuidance> {
     let controller = &campaign.controllers[run.controller];
     let begun = Instant::now();
     let flown = match fly(campaign, run.condition, controller, gains.setting) {
@@ -109,7 +109,7 @@ fn row(
     scored: &Result<(Score, FlownMission), String>,
     bound_rms_m: Option<f64>,
     took: f64,
-) -> Row {
+) -> RunRow {
     let controller = &campaign.controllers[run.controller];
     let case = &campaign.cases[run.condition.case];
     let law = controller.los_law().zip(gains.setting.gains);
@@ -123,7 +123,7 @@ fn row(
     });
     let tested = response.map(|craft| [craft.heading.lag(), craft.surge.lag(), craft.sway_per_yaw_rate]);
 
-    let mut row = Row::default();
+    let mut row = RunRow::default();
     row.count("run", run.number);
     row.word("scenario", &case.scenario.name);
     row.word("craft", &case.craft);

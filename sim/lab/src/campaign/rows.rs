@@ -58,9 +58,9 @@ pub enum RowsError {
 
 /// A row: names of its columns, and their cells. The first one is the run's number.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Row(Vec<(String, Cell)>);
+pub(super) struct RunRow(Vec<(String, Cell)>);
 
-impl Row {
+impl RunRow {
     pub(super) fn word(&mut self, name: &str, word: &str) {
         self.0.push((name.to_owned(), Cell::Word(word.into())));
     }
@@ -76,7 +76,7 @@ impl Row {
 
 impl Rows {
     /// The table of these rows of one campaign.
-    pub(super) fn of(rows: impl IntoIterator<Item = Row>) -> Self {
+    pub(super) fn of(rows: impl IntoIterator<Item = RunRow>) -> Self {
         let mut table = Self::default();
         for row in rows {
             let (names, cells) = row.0.into_iter().unzip();
@@ -87,7 +87,7 @@ impl Rows {
     }
 
     /// The table with the columns of `row`.
-    pub(super) fn without_rows(row: Row) -> Self {
+    pub(super) fn without_rows(row: RunRow) -> Self {
         Self { rows: BTreeMap::new(), ..Self::of([row]) }
     }
 

@@ -11,7 +11,7 @@ use super::design::{Campaign, Chunk, Run};
 use super::directory::{Directory, DirectoryError, Manifest};
 use super::fly::{RunGains, bound, no_rows, result};
 use super::queue::in_parallel;
-use super::rows::{Row, Rows};
+use super::rows::{Rows, RunRow};
 use super::tune::{Gains, Tuned, tune, tuned_in};
 use crate::http_guide::NoGuidance;
 
@@ -120,7 +120,7 @@ pub(super) fn flown(
     gains: &Gains,
     threads: NonZeroUsize,
 ) -> Result<Rows, NoGuidance> {
-    let mut rows: Vec<Row> = vec![];
+    let mut rows: Vec<RunRow> = vec![];
     for condition in chunk.conditions() {
         let with_gains = |run: Run| Some((run, gains.of_run(campaign, run.controller, run.objective)?));
         let runs = campaign.runs_in(condition).into_iter().filter_map(with_gains);

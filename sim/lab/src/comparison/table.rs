@@ -4,7 +4,7 @@ use std::fmt::{self, Write as _};
 
 use planner::FixedFigure;
 
-use super::{Comparison, Controller, PLANNER};
+use super::{ComparedController, Comparison, PLANNER};
 use crate::scores::{IN_RANGE, LINES};
 
 /// Controllers beside each other, and widths of the columns: 100 characters in all.
@@ -54,7 +54,7 @@ impl Comparison {
         if self.visits() {
             return writeln!(f, "Least mean cost of the AUVs: {}.", self.best().name);
         }
-        let settled = |controller: &Controller| controller.scores.metrics.settled_rms_m;
+        let settled = |controller: &ComparedController| controller.scores.metrics.settled_rms_m;
         let near = &self.least(settled).name;
         let after = self.controllers[0].record.settled_after;
         writeln!(f, "Nearest once settled, after {after} s: {near}.")?;
@@ -73,13 +73,13 @@ impl Comparison {
 }
 
 /// The share of the approach in the mission's sum of squared distances.
-fn approach_share(controller: &Controller) -> f64 {
+fn approach_share(controller: &ComparedController) -> f64 {
     let (rows, metrics) = (&controller.record.rows, &controller.scores.metrics);
     let settled = controller.record.settled_rows().count() as f64 / rows.len() as f64;
     1.0 - settled * (metrics.settled_rms_m / metrics.rms_m).powi(2)
 }
 
-fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result {
+fn write_block(f: &mut fmt::Formatter<'_>, block: &[ComparedController]) -> fmt::Result {
     let names: Vec<_> = block.iter().map(|controller| halves(&controller.name)).collect();
     write_row(f, "", names.iter().map(|(first, _)| *first))?;
     if names.iter().any(|(_, second)| !second.is_empty()) {
@@ -93,7 +93,7 @@ fn write_block(f: &mut fmt::Formatter<'_>, block: &[Controller]) -> fmt::Result 
         };
         write_row(f, &head, columns.iter().map(value))?;
     }
-    let known = |controller: &Controller| {
+    let known = |controller: &ComparedController| {
         if controller.information.current_known { "yes" } else { "no" }
     };
     write_row(f, "current known", block.iter().map(known))?;

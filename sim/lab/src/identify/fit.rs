@@ -38,12 +38,12 @@ pub(super) struct Fitted {
     pub(super) sum_of_squares: f64,
 }
 
-struct Problem<F> {
+struct ModelFit<F> {
     model: F,
     parameters: DVector<f64>,
 }
 
-impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<F> {
+impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for ModelFit<F> {
     type ResidualStorage = VecStorage<f64, Dyn, U1>;
     type JacobianStorage = VecStorage<f64, Dyn, Dyn>;
     type ParameterStorage = VecStorage<f64, Dyn, U1>;
@@ -70,7 +70,7 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<F
 /// Least squares of `model`, which gives the residuals at parameters, from `start` on.
 /// Levenberg's and Marquardt's method as MINPACK has it.
 pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Fitted {
-    let problem = Problem { model, parameters: DVector::from_column_slice(start) };
+    let problem = ModelFit { model, parameters: DVector::from_column_slice(start) };
     // How it ended does not matter: the interval describes the point where it stopped.
     let (problem, _) =
         LevenbergMarquardt::new().with_patience(PATIENCE).with_tol(TOLERANCE).minimize(problem);

@@ -254,7 +254,7 @@ mod slow {
     fn unidentified_parameters_are_left_out_and_their_manoeuvre_is_named() {
         // Small steps at one speed in still water: no limit, no difference of modes, one power.
         let (craft, ocean) = some_craft(0);
-        let leg = |speed: f64, degrees: f64| crate::trial::Leg {
+        let leg = |speed: f64, degrees: f64| crate::trial::TrialLeg {
             duration: 30.0,
             speed,
             heading: degrees.to_radians(),

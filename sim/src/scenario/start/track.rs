@@ -34,7 +34,7 @@ const LATITUDE: [&str; 4] = ["latitude", "latitude_deg", "lat", "lat_deg"];
 const LONGITUDE: [&str; 5] = ["longitude", "longitude_deg", "lon", "lon_deg", "lng"];
 const DEPTH: [&str; 2] = ["depth", "depth_m"];
 
-struct Row {
+struct TrackRow {
     line: u64,
     time: f64,
     place: [f64; 2],
@@ -119,7 +119,7 @@ fn given_too(auv: &AuvFile) -> Option<&'static str> {
 }
 
 /// The rows of `text` about the vehicle `id`.
-fn read(text: &str, id: &str) -> Result<(Columns, Vec<Row>), String> {
+fn read(text: &str, id: &str) -> Result<(Columns, Vec<TrackRow>), String> {
     let text = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text);
     let table = with_commas(text.as_bytes());
     let mut reader = ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(&*table);
@@ -171,7 +171,7 @@ impl Columns {
         })
     }
 
-    fn row(&self, text: &str, record: &StringRecord) -> Result<Row, String> {
+    fn row(&self, text: &str, record: &StringRecord) -> Result<TrackRow, String> {
         let line = line_of(text, record);
         let number = |name: &str, column: usize| {
             let number = record[column].parse::<f64>().ok();
@@ -181,7 +181,7 @@ impl Columns {
             })
         };
         let [first, second] = if self.on_earth { ["latitude", "longitude"] } else { ["north", "east"] };
-        Ok(Row {
+        Ok(TrackRow {
             line,
             time: number("t", self.time)?,
             place: [number(first, self.place[0])?, number(second, self.place[1])?],
@@ -202,7 +202,7 @@ fn line_of(text: &str, record: &StringRecord) -> u64 {
 }
 
 /// The points of `rows`: local, or latitudes and longitudes relative to `datum`.
-fn points(rows: &[Row], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
+fn points(rows: &[TrackRow], datum: Option<&Datum>) -> Result<Vec<TrackPoint>, String> {
     let mut points: Vec<TrackPoint> = Vec::with_capacity(rows.len());
     let (mut has_moved, mut n_steps) = (true, 0);
     for row in rows {

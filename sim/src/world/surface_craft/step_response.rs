@@ -84,7 +84,7 @@ pub enum StepTestFailed {
 pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<StepTestResult, StepTestFailed> {
     let top = hull.speed_top();
     let cruise = CRUISE_SHARE * top;
-    let trial = Trial { hull, autopilot };
+    let trial = StepTest { hull, autopilot };
     trial.heading_step(SLOW)?;
     let small = trial.heading_step(cruise)?;
     let peak = peak_rate(&trial.fly(cruise, HEADING_TIME, |_| (cruise, TURN)));
@@ -116,12 +116,12 @@ pub fn step_test(hull: &SurfaceHull, autopilot: &SurfaceAutopilot) -> Result<Ste
     Ok(StepTestResult { limits, craft })
 }
 
-struct Trial<'a> {
+struct StepTest<'a> {
     hull: &'a SurfaceHull,
     autopilot: &'a SurfaceAutopilot,
 }
 
-impl Trial<'_> {
+impl StepTest<'_> {
     /// Steady to the north at `speed`, then references (speed, heading) over time.
     fn fly(&self, speed: f64, duration: f64, references: impl Fn(f64) -> (f64, f64)) -> Vec<Sample> {
         let mut craft = SurfaceCraft::cruising(*self.hull, *self.autopilot, &Vector2::zeros(), 0.0, speed);

@@ -244,7 +244,7 @@ struct TokenCache {
     path: PathBuf,
     /// `None` until there is a file.
     known: Option<Arc<TokenFile>>,
-    version: Option<Version>,
+    version: Option<FileVersion>,
     checked: Instant,
     clock: Clock,
     /// Decides which tokens have expired. Until it is bound, the machine's clock decides.
@@ -252,9 +252,9 @@ struct TokenCache {
 }
 
 /// A value that changes with the file.
-type Version = (u64, u64, SystemTime);
+type FileVersion = (u64, u64, SystemTime);
 
-fn version(path: &Path) -> Option<Version> {
+fn version(path: &Path) -> Option<FileVersion> {
     let file = fs::metadata(path).ok()?;
     Some((file.ino(), file.len(), file.modified().ok()?))
 }

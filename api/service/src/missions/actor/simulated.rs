@@ -38,12 +38,12 @@ pub(in crate::missions) struct Simulated {
     context: Context,
     config: mission::Simulated,
     /// `None` until needed: then stored events are simulated again.
-    progress: Option<Progress>,
+    progress: Option<RunningSimulation>,
     due: Instant,
     pause: Duration,
 }
 
-struct Progress {
+struct RunningSimulation {
     simulation: Box<Simulation>,
     /// Number of its last stored event.
     sequence: u64,
@@ -118,7 +118,8 @@ impl Simulated {
     /// repeated stored events, or a request came first.
     async fn proceed(&mut self, n_ticks: usize) -> Result<bool, Problem> {
         self.simulate(n_ticks, true).await?;
-        let has_made = |progress: &mut Progress| !progress.ticks.is_empty() || progress.end.is_some();
+        let has_made =
+            |progress: &mut RunningSimulation| !progress.ticks.is_empty() || progress.end.is_some();
         let Some(progress) = self.progress.take_if(has_made) else {
             return Ok(false);
         };
@@ -146,7 +147,7 @@ impl Simulated {
         let (begun, planners) = (Arc::clone(&waiting), self.context.planners.clone());
         let (mut worked, job) = self.context.planners.simulate(Priority::Long, move || {
             let begun = begun.lock().take();
-            let progress = begun.map_or_else(|| Progress::new(&config, &clock), Ok)?;
+            let progress = begun.map_or_else(|| RunningSimulation::new(&config, &clock), Ok)?;
             let reader = || Ok((store.reader()?, number));
             planners.with_workspace(PlanFor::Simulated, |workspace| {
                 progress.until(last, n_ticks, &clock, reader, workspace)
@@ -179,7 +180,7 @@ impl Simulated {
     /// Stores the new plans. An error drops the simulation.
     async fn store(
         &mut self,
-        mut progress: Progress,
+        mut progress: RunningSimulation,
         key: Option<IdempotencyKey>,
     ) -> Result<Stored, Problem> {
         let ticks = mem::take(&mut progress.ticks);
@@ -214,7 +215,7 @@ impl Simulated {
     }
 }
 
-impl Progress {
+impl RunningSimulation {
     fn new(config: &mission::Simulated, clock: &Clock) -> Result<Self, StoreError> {
         Ok(Self {
             simulation: Box::new(Simulation::new(config, clock).map_err(StoreError::Damaged)?),

@@ -59,7 +59,7 @@ pub(super) fn read(reader: impl Read) -> Result<Nodes, InvalidGrid> {
                 Err(InvalidGrid::NotAGrid(says))
             }
         };
-        rows.push(Row {
+        rows.push(NodeRow {
             line,
             place: [
                 within("t_s", read.t_s, TIME_MAX)?,
@@ -75,14 +75,14 @@ pub(super) fn read(reader: impl Read) -> Result<Nodes, InvalidGrid> {
     grid(rows)
 }
 
-struct Row {
+struct NodeRow {
     line: u64,
     /// Time, north, east.
     place: [f64; 3],
     current: Vector2<f64>,
 }
 
-impl Row {
+impl NodeRow {
     fn by_node(&self, other: &Self) -> Ordering {
         let [t, n, e] = [0, 1, 2].map(|axis| self.place[axis].total_cmp(&other.place[axis]));
         t.then(n).then(e)
@@ -94,12 +94,12 @@ fn node([time, north, east]: [f64; 3]) -> String {
 }
 
 /// Puts the rows in the grid's order.
-fn grid(mut rows: Vec<Row>) -> Result<Nodes, InvalidGrid> {
+fn grid(mut rows: Vec<NodeRow>) -> Result<Nodes, InvalidGrid> {
     if rows.is_empty() {
         return Err(InvalidGrid::NotAGrid("the table has no nodes".to_owned()));
     }
     // Stable: of two lines with one node, the earlier in the file stays first.
-    rows.sort_by(Row::by_node);
+    rows.sort_by(NodeRow::by_node);
     for pair in rows.windows(2) {
         if pair[0].by_node(&pair[1]) == Ordering::Equal {
             let (line, first, node) = (pair[1].line, pair[0].line, node(pair[1].place));
