@@ -96,7 +96,9 @@ fn a_passage_is_open_from_twice_the_clearance_on_and_the_order_of_areas_has_no_e
         let first = found(&areas);
         assert_eq!(first.is_some(), is_open, "{width}");
         areas.rotate_left(1);
-        areas.iter_mut().for_each(|area| area.reverse());
+        for area in &mut areas {
+            area.reverse();
+        }
         let turned = found(&areas);
         assert_eq!(first.as_deref().map(length), turned.as_deref().map(length));
     }

@@ -7,9 +7,9 @@ use crate::predict::motion::Motion;
 use crate::snapshot::build::Snapshot;
 use crate::tuned::AvoidNumbers;
 
-/// Age of a position of a vessel under way from which it is stale, s: four reports of the slowest
-/// transponder at usual speed.
-pub const VESSEL_STALE: f64 = 120.0;
+/// Age of a position of a vessel under way from which it is stale, s: small vessels below 2 kn
+/// report each 180 s.
+pub const VESSEL_STALE: f64 = 200.0;
 
 /// Age from which it says nothing of a vessel under way, s.
 pub const VESSEL_LOST: f64 = 900.0;
