@@ -147,7 +147,7 @@ pub struct KeepOutFile {
 pub struct NoGoFile {
     /// Corners of its border, in order, convex or not.
     pub polygon: Vec<Point>,
-    /// Borders of the parts in which the craft may be.
+    /// Borders of the parts in which the craft may be; none if left out.
     #[serde(default)]
     pub holes: Vec<Vec<Point>>,
 }
