@@ -65,7 +65,8 @@ fn a_craft_in_a_bay_goes_round_its_arm_to_an_auv_behind_it() {
     // Taut round the corners of the eastern arm.
     let corners = [craft, [-40.0, 15.0], [-40.0, 20.0], [5.0, 20.0], auv].map(Vector2::from);
     let taut: f64 = corners.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
-    assert!(places.len() < 150 && length < 1.1 * taut, "{} places, {length} {taut}", places.len());
+    // It keeps off the corners and first has to turn round.
+    assert!(places.len() < 150 && length < 1.15 * taut, "{} places, {length} {taut}", places.len());
 }
 
 #[test]
