@@ -213,6 +213,8 @@ struct Forward<'a> {
     goal: GoalForecast,
     /// Vessels that are to keep clear of the craft.
     keeps_clear: Vec<usize>,
+    /// `true` if the craft goes out of the way of vessels: its goal is then a place.
+    manoeuvres: bool,
     /// AUVs with limits: their reports are young enough.
     auvs: Vec<AuvForecast>,
     /// `named`: the goal names it; `in_range`: its range can be kept.
@@ -283,6 +285,7 @@ impl<'a> Forward<'a> {
             named: young.iter().map(|i| named(*i)).collect(),
             goal,
             keeps_clear: keeps_clear.collect(),
+            manoeuvres: answer.avoidance.as_ref().is_some_and(|avoidance| avoidance.manoeuvre.is_some()),
             steps: &parameters.steps,
             parameters,
             craft,
@@ -504,7 +507,7 @@ impl<'a> Forward<'a> {
             self.goal.members().map(range).fold(0.0, f64::max)
         };
         match self.scene.goal.goal {
-            Goal::Range { .. } if self.scene.goal.offset.is_none() => {
+            Goal::Range { .. } if self.scene.goal.offset.is_none() && !self.manoeuvres => {
                 (worst(position) - worst(goal)).max(0.0)
             }
             _ => (position - goal).norm_squared(),

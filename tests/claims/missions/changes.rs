@@ -52,7 +52,7 @@ async fn every_plan_after_a_change_follows_it_and_all_replay_equal() {
     let service = Service::start().await;
     let mission = service.run_live().await;
     let only_goal = |goal: Value| {
-        json!({ "goal": goal, "limits": null, "craft": null, "keep_outs": null, "area": null,
+        json!({ "goal": goal, "limits": null, "craft": null, "keep_outs": null, "area": null, "no_go": null,
             "tuning": null })
     };
     let made = service.ask(&mission).await;
