@@ -6,10 +6,10 @@ use nalgebra::Vector2;
 
 use crate::{
     estimate::{
-        from_reports::{Estimate, Estimator},
+        from_reports::{Before, Estimate, Estimator},
         ranging::Places,
     },
-    facts::{angle::ned_from_body, auv::Auv, evidence::Report},
+    facts::{angle::ned_from_body, auv::Auv, evidence::Report, previous_plan::Ranging},
     tuned::EstimateNumbers,
 };
 
@@ -17,10 +17,15 @@ const SIGMA: f64 = 1.5;
 const DEPTH: f64 = 20.0;
 
 fn estimate(reports: &[Report]) -> Estimate {
+    estimate_after(reports, None)
+}
+
+/// The estimate after a plan that left this memory.
+fn estimate_after(reports: &[Report], ranging: Option<&Ranging>) -> Estimate {
     let now = reports.iter().map(|report| report.t_s).fold(f64::NEG_INFINITY, f64::max);
     let tuned = &EstimateNumbers { particles_most: 3000.0, ..EstimateNumbers::DEFAULT };
     let estimator = Estimator { now, current: Vector2::zeros(), tuned, due: &|| false };
-    estimator.estimate(&Auv::reported("a", reports.to_vec()), None, None, (None, &[]))
+    estimator.estimate(&Auv::reported("a", reports.to_vec()), None, Before { ranging, ..Before::default() })
 }
 
 /// An AUV that goes east at 0.4 m/s, at time `t`, s.
@@ -159,4 +164,67 @@ fn telemetry_and_an_unknown_depth_are_used() {
     let found = estimate(&reports);
     assert!(off(&found, 290.0) < 6.0, "{}", off(&found, 290.0));
     assert!((found.state.depth_m - DEPTH).abs() < 8.0, "{}", found.state.depth_m);
+}
+
+#[test]
+fn later_plans_add_ranges_to_what_is_known_with_the_same_outcome() {
+    let reports = ranges(60, circling);
+    let (mut memory, mut added) = (None, 0);
+    for n in 20..=60 {
+        let found = estimate_after(&reports[..n], memory.as_ref());
+        let anew = estimate(&reports[..n]);
+        let sigma = anew.state.position_sigma().expect("is from reports");
+        let apart = (found.state.position() - anew.state.position()).norm();
+        assert!(apart < 0.5 * sigma && found.places.is_none(), "{n}: {apart} {sigma}");
+        let known = found.state.position_sigma().expect("is from reports");
+        assert!((0.7..1.4).contains(&(known / sigma)), "{n}: {known} {sigma}");
+        // Without a new report nothing changes.
+        let again = estimate_after(&reports[..n], found.ranging.as_ref());
+        assert_eq!(again, found);
+        added += usize::from(found.ranging.as_ref().is_some_and(|memory| 0.0 < memory.added));
+        memory = found.ranging;
+    }
+    assert!(30 <= added, "{added}");
+}
+
+#[test]
+fn a_memory_that_does_not_fit_changes_nothing() {
+    let reports = ranges(30, circling);
+    let anew = estimate(&reports);
+    let good = estimate(&reports[..29]).ranging.expect("has ranges");
+    let spoilt: [fn(&mut Ranging); 9] = [
+        |memory| memory.t_s += 5.0,
+        |memory| memory.fingerprint += 1.0,
+        |memory| memory.added = -1.0,
+        |memory| memory.added = 1e9,
+        |memory| memory.inflation_m = -1.0,
+        |memory| memory.refused = vec![0.0; 65],
+        |memory| memory.gaussians.clear(),
+        |memory| memory.gaussians[0][3] = 1e9,
+        |memory| memory.gaussians[0][0] = -0.5,
+    ];
+    for spoil in spoilt {
+        let mut memory = good.clone();
+        spoil(&mut memory);
+        assert_eq!(estimate_after(&reports, Some(&memory)), anew, "{memory:?}");
+    }
+    // Neither does one of other reports.
+    assert_eq!(estimate_after(&ranges(30, |t| circling(t + 3.0)), Some(&good)).places, None);
+    // Widths that no filter left are only wide.
+    let mut wide = good;
+    wide.gaussians.iter_mut().flat_map(|row| &mut row[8..]).for_each(|number| *number = -4.0e6);
+    let found = estimate_after(&reports[..29], Some(&wide));
+    assert!(found.state.covariance().is_some_and(|known| known.iter().all(|number| number.is_finite())));
+}
+
+#[test]
+fn a_range_that_went_a_longer_way_is_refused_beside_a_memory() {
+    let mut reports = ranges(40, circling);
+    reports[35].range_m = reports[35].range_m.map(|range| range + 25.0);
+    let mut memory = None;
+    for n in 30..=40 {
+        let found = estimate_after(&reports[..n], memory.as_ref());
+        assert_eq!(found.rejected, if n <= 35 { vec![] } else { vec![35] }, "{n}");
+        memory = found.ranging;
+    }
 }
