@@ -133,7 +133,7 @@ fn carried_on(
         return None;
     }
     let claimed: Vec<_> = new.iter().map(|(_, report)| sight(report, reports, tuned)).collect();
-    let k = REPORTS_MAX as u64 + before.added as u64;
+    let k = (REPORTS_MAX + count(before.added)) as u64;
     let normals = Normals::new();
     let n = tuned.particles_least;
     let drawn = gaussians

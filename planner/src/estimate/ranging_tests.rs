@@ -228,3 +228,43 @@ fn a_range_that_went_a_longer_way_is_refused_beside_a_memory() {
         memory = found.ranging;
     }
 }
+
+#[test]
+fn mirrored_ranges_mirror_the_estimate_port_and_starboard_alike() {
+    for craft in [circling, passing] {
+        let reports = ranges(30, craft);
+        let mut mirrored = reports.clone();
+        for report in &mut mirrored {
+            report.move_position(|at| Vector2::new(at.x, -at.y));
+        }
+        let (here, there) = (estimate(&reports), estimate(&mirrored));
+        let mirror = |at: Vector2<f64>| Vector2::new(at.x, -at.y);
+        // But for the sampling, as in a turned scene.
+        let sigma = here.state.position_sigma().expect("is from reports");
+        assert!((mirror(here.state.position()) - there.state.position()).norm() < 0.3 * sigma);
+        assert_eq!(here.places.is_some(), there.places.is_some());
+        for (one, other) in here.places.into_iter().zip(there.places) {
+            assert!((mirror(one.likelier) - other.likelier).norm() < 0.5 * sigma);
+            assert!((mirror(one.other) - other.other).norm() < 0.5 * sigma);
+            assert!((one.probability - other.probability).abs() < 0.1);
+        }
+    }
+}
+
+#[test]
+fn a_shift_of_time_changes_no_bit_of_an_estimate_or_of_what_is_added_to_it() {
+    // Times that are exact before and after the shift.
+    let shifted = |mut reports: Vec<Report>| {
+        for report in &mut reports {
+            report.t_s += 4096.0;
+        }
+        reports
+    };
+    let (reports, later) = (ranges(30, circling), shifted(ranges(30, circling)));
+    let (first, first_later) = (estimate(&reports[..29]), estimate(&later[..29]));
+    assert_eq!(first.state, first_later.state);
+    let [here, there] = [(&reports, &first), (&later, &first_later)]
+        .map(|(reports, first)| estimate_after(reports, first.ranging.as_ref()));
+    assert_eq!(here.state, there.state);
+    assert_eq!(here.ranging.map(|memory| memory.added), Some(1.0));
+}
