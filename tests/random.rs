@@ -534,6 +534,7 @@ impl Draw {
             drift: Some(drift),
             track: self.track(asc, t_s),
             states: self.states(asc, t_s),
+            ranging: None,
         }
     }
 

@@ -6,6 +6,7 @@
 pub(crate) mod corners;
 pub(crate) mod dive;
 pub(crate) mod from_reports;
+mod gaussians;
 pub(crate) mod interacting;
 pub(crate) mod kalman;
 pub(crate) mod legs;

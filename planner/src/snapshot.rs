@@ -21,7 +21,9 @@ pub use crate::facts::{
     no_go::NoGo,
     options::{Fallback, Forecast, ForecastModel, Hold},
     origin::Origin,
-    previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget},
+    previous_plan::{
+        PreviousCraft, PreviousEstimate, PreviousPlan, PreviousReference, PreviousTarget, Ranging,
+    },
     ranges::{
         ACOUSTIC_RANGE, ANGLE, AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, CURRENT_MAX, DIRECTIONS,
         ID_LENGTH_MAX, INTEGRAL_TIME, KEEP_OUT_RADIUS, KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS_ALONE,

@@ -11,6 +11,8 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import Range
+from std_msgs.msg import Header
 
 from .following import Motion, Plan, Reference, wrap
 
@@ -24,8 +26,12 @@ MAP_RADIUS_MAX_M = 100e3
 AGE_MAX_S, AHEAD_MAX_S = 60.0, 0.5
 
 
+# Ranges that the service accepts, m.
+RANGE_MIN_M, RANGE_MAX_M = 0.1, 20e3
+
+
 class Rejected(ValueError):
-    """Odometry that cannot be used, and why."""
+    """A message that cannot be used, and why."""
 
 
 def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motion, bool]:
@@ -48,11 +54,10 @@ def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motio
     # Many publishers leave the twist empty: zeros with a covariance of zeros are no measurement.
     has_twist = bool(np.any(odometry.twist.covariance) or np.any(linear) or np.any(angular))
     east, north, _ = rotation @ linear
-    stamp_s = odometry.header.stamp.sec + odometry.header.stamp.nanosec * 1e-9
-    is_plausible = received_s - AGE_MAX_S <= stamp_s <= received_s + AHEAD_MAX_S
+    t_s, is_plausible = _measured(odometry.header, received_s)
     return (
         Motion(
-            t_s=stamp_s if is_plausible else received_s,
+            t_s=t_s,
             north_m=float(position[1]),
             east_m=float(position[0]),
             depth_m=max(float(-position[2]), 0.0),
@@ -64,6 +69,19 @@ def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motio
         ),
         is_plausible,
     )
+
+
+def slant_range(message: Range, received_s: float) -> tuple[float, float, bool]:
+    """Time and slant range, m, of a message that arrived at `received_s`, and whether its stamp was plausible.
+
+    A range beyond the limits of its sensor is no measurement (REP 117: infinite if nothing was heard).
+    """
+    if not RANGE_MIN_M <= message.range <= RANGE_MAX_M:
+        raise Rejected("range is not within 0.1 m and 20 km")
+    if message.max_range > 0.0 and not message.min_range <= message.range <= message.max_range:
+        raise Rejected("range is not within its sensor's limits")
+    t_s, is_plausible = _measured(message.header, received_s)
+    return t_s, float(message.range), is_plausible
 
 
 def twist_message(
@@ -103,6 +121,13 @@ def stamp(unix_s: float) -> Time:
     """A time as messages have it."""
     whole = math.floor(unix_s)
     return Time(sec=whole, nanosec=int((unix_s - whole) * 1e9))
+
+
+def _measured(header: Header, received_s: float) -> tuple[float, bool]:
+    """The time of a measurement, and whether its stamp was plausible: otherwise that of its arrival."""
+    stamp_s = header.stamp.sec + header.stamp.nanosec * 1e-9
+    is_plausible = received_s - AGE_MAX_S <= stamp_s <= received_s + AHEAD_MAX_S
+    return (stamp_s if is_plausible else received_s), is_plausible
 
 
 def _rotation(q) -> np.ndarray:

@@ -18,6 +18,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import Range
 
 from . import conversion
 from .doubts import Alarm, Doubts
@@ -60,6 +61,7 @@ PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
     ("rate_hz", 10.0, (2.0, 50.0), "references per second"),
     ("report_interval_s", 0.2, (0.05, 5.0), "time between two reports"),
     ("sigma_m", 1.0, (0.01, 1000.0), "standard deviation of AUV positions without a covariance"),
+    ("range_sigma_m", 1.5, (0.01, 1000.0), "standard deviation of ranges, with the error of the craft's position"),
     ("dry_run", False, None, "publish no velocity reference"),
 ]
 
@@ -100,6 +102,9 @@ class PilotfishNode(Node):
         for auv in p["auvs"]:
             self.create_subscription(
                 Odometry, f"{auv}/odom", lambda message, auv=auv: self._take_auv(auv, message), ODOMETRY_QOS
+            )
+            self.create_subscription(
+                Range, f"{auv}/range", lambda message, auv=auv: self._take_range(auv, message), ODOMETRY_QOS
             )
         self.create_timer(1.0 / p["rate_hz"], self._tick)
         self.create_timer(STATUS_INTERVAL_S, self._log_status)
@@ -170,6 +175,18 @@ class PilotfishNode(Node):
             report |= {"course_rad": math.atan2(east, north), "speed_mps": math.hypot(north, east)}
         self._fixes.setdefault(auv, Arrivals()).push(time.monotonic())
         self._link.report_auv(auv, report)
+
+    def _take_range(self, auv: str, message: Range) -> None:
+        """The mission knows where the craft was when it measured the range."""
+        try:
+            t_s, range_m, is_plausible = conversion.slant_range(message, time.time())
+        except conversion.Rejected as rejected:
+            self._rejected[str(rejected)] += 1
+            return
+        if not is_plausible:
+            self._rejected["stamp implausible, arrival time used"] += 1
+        self._fixes.setdefault(auv, Arrivals()).push(time.monotonic())
+        self._link.report_auv(auv, {"t_s": t_s, "range_m": range_m, "sigma_m": self._settings["range_sigma_m"]})
 
     def _tick(self) -> None:
         if self._link.failed:

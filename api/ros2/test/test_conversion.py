@@ -1,12 +1,13 @@
-"""Odometry that is rejected, and attitudes other than level."""
+"""Odometry and ranges that are rejected, and attitudes other than level."""
 
 import math
 
 import numpy as np
 import pytest
 from nav_msgs.msg import Odometry
-from pilotfish_ros2.conversion import Rejected, motion, twist_message
+from pilotfish_ros2.conversion import Rejected, motion, slant_range, twist_message
 from pilotfish_ros2.following import Reference
+from sensor_msgs.msg import Range
 
 NOW_S = 1.8e9
 
@@ -97,3 +98,26 @@ def test_a_twist_turns_the_shorter_way_to_the_reference_and_no_faster_than_the_l
     # Counter-clockwise is positive.
     assert message.twist.angular.z == pytest.approx(-yaw_rate, abs=1e-12)
     assert (message.header.stamp.sec, message.header.stamp.nanosec) == (1_800_000_000, 250_000_000)
+
+
+@pytest.mark.parametrize(
+    ("range_m", "most_m", "reason"),
+    [
+        (43.5, 500.0, None),
+        (43.5, 0.0, None),
+        (math.inf, 500.0, "range is not within 0.1 m and 20 km"),
+        (math.nan, 500.0, "range is not within 0.1 m and 20 km"),
+        (-1.0, 500.0, "range is not within 0.1 m and 20 km"),
+        (1e9, 0.0, "range is not within 0.1 m and 20 km"),
+        (501.0, 500.0, "range is not within its sensor's limits"),
+    ],
+)
+def test_a_range_that_was_not_measured_is_rejected_by_name(range_m, most_m, reason):
+    message = Range(range=range_m, min_range=0.0, max_range=most_m)
+    message.header.stamp.sec = int(NOW_S)
+    if reason is None:
+        assert slant_range(message, NOW_S + 2.0) == (NOW_S, range_m, True)
+        assert slant_range(message, NOW_S + 61.0) == (NOW_S + 61.0, range_m, False)
+    else:
+        with pytest.raises(Rejected, match=f"^{reason}$"):
+            slant_range(message, NOW_S)

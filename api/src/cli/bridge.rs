@@ -277,7 +277,7 @@ impl Sensors {
     fn open(&self) -> Result<(Settings, Vec<String>), Box<dyn Error>> {
         let (mut modems, mut names) = (vec![], vec![]);
         for (endpoint, file) in &self.modem {
-            let settings = serde_json::from_value::<acoustics::Settings>(json_of(file)?);
+            let settings = serde_json::from_str::<acoustics::Settings>(&text_of(file)?);
             let wrong = format!("{} cannot be read as the settings of a modem", file.display());
             let settings = settings.map_err(because_of(wrong))?;
             names.extend(settings.names.values().cloned());
@@ -381,9 +381,13 @@ async fn own_service(config: &Config, clock: &Clock) -> Result<String, &'static 
 }
 
 fn json_of(file: &Path) -> Result<Value, Failure> {
-    let text = fs::read_to_string(file).map_err(unreadable(file))?;
-    let json = serde_json::from_str(text.trim_start_matches('\u{feff}'));
+    let json = serde_json::from_str(&text_of(file)?);
     json.map_err(because_of(format!("{} is not JSON", file.display())))
+}
+
+fn text_of(file: &Path) -> Result<String, Failure> {
+    let text = fs::read_to_string(file).map_err(unreadable(file))?;
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
 fn unreadable(file: &Path) -> impl FnOnce(io::Error) -> Failure {

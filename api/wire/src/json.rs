@@ -450,6 +450,7 @@ impl<'de> Deserializer<'de> for Node<'de> {
             (2, _) => "a point, a list of its north and east",
             (3, _) => "a corner of a track, a list of its time, north and east",
             (6, _) => "a past state, a list of its time, north, east, sigma, and velocity north and east",
+            (23, _) => "a Gaussian of ranges, a list of its 23 numbers",
             (_, false) => "a symmetric positive semidefinite 4×4 matrix, a list of 4 rows",
             (_, true) => "a row of 4 numbers of a symmetric positive semidefinite 4×4 matrix",
         };

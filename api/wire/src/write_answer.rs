@@ -126,7 +126,7 @@ impl<'a> Answer<'a> {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
         }
         let mut targets = self.plan.targets.clone();
-        for PlannedTarget { estimate: at, trajectory, track, states, .. } in &mut targets {
+        for PlannedTarget { estimate: at, trajectory, track, states, ranging, .. } in &mut targets {
             (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
             for at in &mut at.places {
                 (at.north_m, at.east_m, at.lat_deg, at.lon_deg) = self.place(at.north_m, at.east_m);
@@ -136,7 +136,9 @@ impl<'a> Answer<'a> {
             }
             let track = track.iter_mut().map(|[_, north, east]| [north, east]);
             let states = states.iter_mut().map(|[_, north, east, ..]| [north, east]);
-            for [north, east] in track.chain(states) {
+            let gaussians = ranging.iter_mut().flat_map(|ranging| &mut ranging.gaussians);
+            let means = gaussians.map(|[_, _, _, north, east, ..]| [north, east]);
+            for [north, east] in track.chain(states).chain(means) {
                 let place = self.placed(&Vector2::new(*north, *east));
                 (*north, *east) = (place.x, place.y);
             }

@@ -12,7 +12,7 @@ use crate::{
         auv::{Dive, VehicleId},
         localise::Figure,
         options::Forecast,
-        previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget},
+        previous_plan::{PreviousCraft, PreviousEstimate, PreviousPlan, PreviousTarget, Ranging},
         reference::{Reference, TrajectoryPoint},
         schedule::Schedule,
         traffic::Avoidance,
@@ -204,6 +204,10 @@ pub struct PlannedTarget {
     /// least 10 s apart. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<[f64; 6]>,
+    /// What the reports of a vehicle leave possible, if some are ranges. The next request needs it in
+    /// `previous_plan`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ranging: Option<Ranging>,
     /// One point for each of the plan's trajectory.
     pub trajectory: Vec<TargetPoint>,
     /// Depth at the times of the trajectory, m, positive down.
@@ -348,6 +352,7 @@ impl PlannedTarget {
                 drift: forecast.drift().into(),
                 track: estimate.track.clone(),
                 states: estimate.states.clone(),
+                ranging: estimate.ranging.clone(),
                 trajectory: times.iter().map(point).collect(),
                 depths_m: times.iter().map(|time| forecast.depth_at(*time)).collect(),
                 position_sigma_m: times.iter().map(sigma).collect(),
@@ -416,6 +421,7 @@ impl From<&PlannedTarget> for PreviousTarget {
             drift: Some(target.drift),
             track: target.track.clone(),
             states: target.states.clone(),
+            ranging: target.ranging.clone(),
         }
     }
 }

@@ -56,6 +56,9 @@ impl PreviousPlan {
             for [_, north, east, ..] in &mut target.states {
                 put(north, east);
             }
+            for [_, _, _, north, east, ..] in target.ranging.iter_mut().flat_map(|of| &mut of.gaussians) {
+                put(north, east);
+            }
         }
         for visit in self.schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
             put(&mut visit.north_m, &mut visit.east_m);

@@ -7,6 +7,7 @@ use nalgebra::Vector2;
 use crate::{
     estimate::{
         dive::sawtooth,
+        gaussians::Gaussian,
         interacting::Interacting,
         kalman::Kalman,
         legs::{TrackPoint, forgetting_length},
@@ -24,7 +25,7 @@ use crate::{
         auv::{Auv, Dive},
         evidence::{AuvState, FORECAST_AGE_MAX, Report, SPEED_AT_REST},
         known_path::{DeclaredPath, KnownPath, OFFSET_FROM_PATH_MAX},
-        previous_plan::RememberedTarget,
+        previous_plan::{Ranging, RememberedTarget},
         ranges::AUV_SPEED_MAX,
     },
     tuned::EstimateNumbers,
@@ -64,6 +65,8 @@ pub struct Estimate {
     pub track: Vec<TrackPoint>,
     /// Its past states, as the next request needs them; empty if it is reported.
     pub states: Vec<PastState>,
+    /// What its reports leave possible, as the next request needs it, if some are ranges.
+    pub ranging: Option<Ranging>,
 }
 
 /// Fit of a vehicle to its path.
@@ -122,6 +125,17 @@ pub(crate) struct Estimator<'a> {
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
+/// An AUV in the previous plan.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Before<'a> {
+    /// All that is known of it, and the time of its report, s.
+    pub(crate) target: Option<(RememberedTarget, f64)>,
+    /// Its past track; `None` if tracks are not used.
+    pub(crate) track: Option<&'a [TrackPoint]>,
+    pub(crate) states: &'a [PastState],
+    pub(crate) ranging: Option<&'a Ranging>,
+}
+
 impl Estimate {
     /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
     /// √(tr P) of the position. `None` without a covariance.
@@ -134,19 +148,13 @@ impl Estimate {
 }
 
 impl<'a> Estimator<'a> {
-    /// Estimates `auv`. A state without a rate of turn takes it from the previous plan, given with
-    /// the time of its report. Given the track `before`, an AUV without a path or a dive may get
-    /// them from its track and depths. What one given as a state repeats shows in its past `states`.
-    pub(crate) fn estimate(
-        &self,
-        auv: &Auv,
-        path: Option<&KnownPath>,
-        previous: Option<(RememberedTarget, f64)>,
-        (before, states): (Option<&[TrackPoint]>, &[PastState]),
-    ) -> Estimate {
+    /// Estimates `auv`. A state without a rate of turn takes it from the previous plan. Given its track
+    /// `before`, an AUV without a path or a dive may get them from its track and depths. What one given
+    /// as a state repeats shows in its past states.
+    pub(crate) fn estimate(&self, auv: &Auv, path: Option<&KnownPath>, before: Before<'_>) -> Estimate {
         let path = path.filter(|_| !(self.due)());
         if let Some(state) = &auv.state {
-            return self.given(state, path, previous, (before, states));
+            return self.given(state, path, before);
         }
         let reports = auv.reports.as_deref().unwrap_or_default();
         let declared = auv.path.as_ref().filter(|_| path.is_some());
@@ -154,7 +162,11 @@ impl<'a> Estimator<'a> {
         // Without a sharp corner, the first of the others is the declared path itself.
         let own = path.filter(|own| others.first() != Some(own)).cloned();
         let paths: Vec<_> = others.into_iter().chain(own).collect();
-        let found = self.filtered(reports, &paths, before);
+        let found = if reports.iter().any(|report| report.range_m.is_some()) {
+            self.ranged(reports, before.track.is_some(), before.ranging)
+        } else {
+            self.filtered(reports, &paths, before.track)
+        };
         Estimate { dive: found.dive.filter(|_| auv.dive.is_none()), ..found }
     }
 
@@ -164,12 +176,11 @@ impl<'a> Estimator<'a> {
         &self,
         state: &AuvState,
         path: Option<&KnownPath>,
-        previous: Option<(RememberedTarget, f64)>,
-        (before, states): (Option<&[TrackPoint]>, &[PastState]),
+        Before { target, track: before, states, .. }: Before<'_>,
     ) -> Estimate {
         let mut state = *state;
         // A gyroscope never reads exactly 0, which stands for an omitted rate.
-        if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, previous) {
+        if let (0.0, Some((earlier, reported))) = (state.turn_rate_radps, target) {
             let between = self.now - state.age_s - reported;
             state.turn_rate_radps = remembered_turn_rate(&earlier.estimate, &state, between, self.tuned);
         }
@@ -189,6 +200,7 @@ impl<'a> Estimator<'a> {
             forgets_after: None,
             track: Vec::new(),
             states: past_states::kept(past, newest),
+            ranging: None,
         };
         if (self.due)() {
             return alone;
@@ -241,9 +253,6 @@ impl<'a> Estimator<'a> {
     /// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
     fn filtered(&self, reports: &[Report], paths: &[KnownPath], before: Option<&[TrackPoint]>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
-        if reports.iter().any(|report| report.range_m.is_some()) {
-            return self.ranged(reports, before.is_some());
-        }
         let ScreenedReports { reports: screened, track: free, inflation, velocity_contradicted } =
             ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
         let infers = before.is_some();
@@ -298,33 +307,40 @@ impl<'a> Estimator<'a> {
             ),
             track: exact.points,
             states: Vec::new(),
+            ranging: None,
         }
     }
 
     /// The estimate from `reports` of which some are ranges, without a path.
-    fn ranged(&self, reports: &[Report], infers: bool) -> Estimate {
+    fn ranged(&self, reports: &[Report], infers: bool, before: Option<&Ranging>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
         let numbered = self.without_repeated(&self.numbered(reports));
         let newest = numbered.last().map_or(self.now, |(_, report)| report.t_s);
-        let found = Ranged::new(&numbered, tuned, due);
-        let (mean, covariance) = found.cloud.moments();
+        let found = Ranged::new(&numbered, before, tuned, due);
+        let (mean, covariance) = Gaussian::moments(found.gaussians.iter());
         let velocity = mean.fixed_rows::<2>(2).into_owned();
         let filtered = Kalman::new(newest, &mean.xy(), &velocity, &covariance);
         let through_water = (velocity - self.current).norm();
+        let used: Vec<_> = numbered
+            .iter()
+            .filter(|(_, report)| !found.memory.refused.contains(&report.t_s))
+            .copied()
+            .collect();
         Estimate {
-            state: AuvState { depth_m: found.depth, ..self.state(&filtered, &found.used) },
-            rejected: unused(reports, &found.used),
-            inflation: found.inflation,
+            state: AuvState { depth_m: found.depth, ..self.state(&filtered, &used) },
+            rejected: unused(reports, &used),
+            inflation: found.memory.inflation_m,
             velocity_contradicted: false,
             jumped: false,
-            places: found.places(tuned),
+            places: found.places(),
             route: None,
             repeats: None,
             path: None,
-            dive: infers.then(|| sawtooth(&found.used, through_water, tuned)).flatten(),
+            dive: infers.then(|| sawtooth(&used, through_water, tuned)).flatten(),
             forgets_after: Some(tuned.forgets_after),
             track: Vec::new(),
             states: Vec::new(),
+            ranging: Some(found.memory).filter(|_| !due()),
         }
     }
 

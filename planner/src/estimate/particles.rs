@@ -43,7 +43,7 @@ const ROUND: f64 = 0.8;
 const EFFECTIVE: f64 = 0.5;
 
 /// Least variance, m² and m²/s²: no division by 0.
-const VARIANCE_MIN: f64 = 1e-9;
+pub(crate) const VARIANCE_MIN: f64 = 1e-9;
 
 /// Least probability density, so that no weight is lost in rounding.
 const DENSITY_MIN: f64 = 1e-300;
@@ -74,10 +74,10 @@ pub(crate) struct Particle {
     pub(crate) position: Vector2<f64>,
     pub(crate) velocity: Vector2<f64>,
     /// Variance of the velocity along either axis.
-    variance: f64,
+    pub(crate) variance: f64,
     /// Depth, m, if no report has one.
     pub(crate) depth: f64,
-    turns: bool,
+    pub(crate) turns: bool,
 }
 
 /// All possible vehicles after the last measurement; their weights sum to 1.
@@ -93,35 +93,49 @@ pub(crate) struct Cloud {
 impl Cloud {
     /// The vehicles that `sights`, at least one, in order of time, leave possible. Once `due`, few are
     /// followed.
-    pub(crate) fn new(sights: &[Sight], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> Self {
-        let [most, least] = [tuned.particles_most, tuned.particles_least];
-        let most = |due: bool| if due { least } else { most };
+    pub(crate) fn new(
+        sights: &[Sight],
+        normals: &Normals,
+        tuned: &EstimateNumbers,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        let most = if due() { tuned.particles_least } else { tuned.particles_most };
         let (first, later) = sights.split_first().expect("there is a range");
-        let normals = Normals::new();
-        let mut cloud = Self {
-            particles: started(first, count(most(due())), tuned, &normals),
-            outliers: Vec::with_capacity(later.len()),
-            log_likelihood: 0.0,
-        };
+        Self::of(started(first, count(most), tuned, normals)).after(0, first.time, later, normals, tuned, due)
+    }
+
+    /// These vehicles before any measurement.
+    pub(crate) fn of(particles: Vec<Particle>) -> Self {
+        let mut cloud = Self { particles, outliers: Vec::new(), log_likelihood: 0.0 };
         cloud.normalise();
-        for ((before, sight), k) in sights.iter().zip(later).zip(1..) {
-            cloud.resample(k, tuned, most(due()));
-            let elapsed = sight.time - before.time;
-            let mut outlier = 0.0;
-            for (particle, i) in cloud.particles.iter_mut().zip(0..) {
-                let share = particle.step(
-                    elapsed,
-                    sight,
-                    tuned,
-                    &mut Draws { noise: Noise::new(k, i), normals: &normals },
-                );
-                outlier += share * particle.weight;
-            }
-            let sum = cloud.normalise();
-            cloud.outliers.push(outlier / sum);
-            cloud.log_likelihood += sum.ln();
-        }
         cloud
+    }
+
+    /// Those that later `sights` leave possible; `time` is that of measurement number `done`.
+    #[must_use]
+    pub(crate) fn after(
+        mut self,
+        done: u64,
+        mut time: f64,
+        sights: &[Sight],
+        normals: &Normals,
+        tuned: &EstimateNumbers,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        for (sight, k) in sights.iter().zip(done + 1..) {
+            self.resample(k, tuned, if due() { tuned.particles_least } else { tuned.particles_most });
+            let elapsed = sight.time - time;
+            let mut outlier = 0.0;
+            for (particle, i) in self.particles.iter_mut().zip(0..) {
+                let mut draws = Draws { noise: Noise::new(k, i), normals };
+                outlier += particle.step(elapsed, sight, tuned, &mut draws) * particle.weight;
+            }
+            let sum = self.normalise();
+            self.outliers.push(outlier / sum);
+            self.log_likelihood += sum.ln();
+            time = sight.time;
+        }
+        self
     }
 
     /// Mean and covariance of position and velocity.
@@ -178,7 +192,7 @@ impl Cloud {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "tuned numbers are positive")]
-fn count(of: f64) -> usize {
+pub(crate) fn count(of: f64) -> usize {
     of.min(1e5) as usize + 1
 }
 
@@ -386,10 +400,10 @@ struct Draws<'a> {
 }
 
 /// A fixed sequence of numbers for each particle and measurement.
-struct Noise(u64);
+pub(crate) struct Noise(u64);
 
 impl Noise {
-    fn new(measurement: u64, particle: u64) -> Self {
+    pub(crate) fn new(measurement: u64, particle: u64) -> Self {
         Self((measurement << 40) | (particle << 4))
     }
 
@@ -410,14 +424,14 @@ impl Noise {
 }
 
 /// Pairs of independent numbers of standard normal distribution: a table is faster than their formula.
-struct Normals(Vec<[f64; 2]>);
+pub(crate) struct Normals(Vec<[f64; 2]>);
 
 /// A power of two.
 const NORMALS: u64 = 4096;
 
 impl Normals {
     /// Their radii are evenly distributed quantiles, so that mean and variance are exact.
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let pair = |i: u64| {
             let mut noise = Noise::new(u64::from(u16::MAX), i);
             let length = (-2.0 * ((i as f64 + 0.5) / NORMALS as f64).ln()).sqrt();
@@ -427,7 +441,7 @@ impl Normals {
         Self((0..NORMALS).map(pair).collect())
     }
 
-    fn pair(&self, noise: &mut Noise) -> [f64; 2] {
+    pub(crate) fn pair(&self, noise: &mut Noise) -> [f64; 2] {
         self.0[(noise.bits() & (NORMALS - 1)) as usize]
     }
 }

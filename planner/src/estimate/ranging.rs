@@ -3,8 +3,16 @@
 use nalgebra::Vector2;
 
 use crate::{
-    estimate::particles::{Cloud, Particle, Seen, Sight},
-    facts::{angle::direction, evidence::Report},
+    estimate::{
+        gaussians::Gaussian,
+        particles::{Cloud, Normals, Particle, Seen, Sight, count},
+    },
+    facts::{
+        angle::direction,
+        evidence::Report,
+        previous_plan::Ranging,
+        ranges::{REPORT_SIGMA_MAX, REPORTS_MAX},
+    },
     tuned::EstimateNumbers,
 };
 
@@ -23,6 +31,13 @@ const DOUBTED_FROM: usize = 8;
 /// Probability from which a measurement is refused.
 const REFUSED: f64 = 0.5;
 
+/// Number of newest reports by which they are known again.
+const KNOWN_BY: usize = 8;
+
+/// Most reports that are added to an estimate before all are filtered together again: accuracies are
+/// doubted, and what was lost is found, by all alone.
+const ADDED_MAX: f64 = 32.0;
+
 /// Two places at one of which a vehicle is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Places {
@@ -37,58 +52,39 @@ pub struct Places {
 /// The estimate from reports with ranges.
 #[derive(Clone, Debug)]
 pub(crate) struct Ranged {
-    pub(crate) cloud: Cloud,
-    /// The reports that are no outliers.
-    pub(crate) used: Vec<(usize, Report)>,
-    /// Root of the variance added to each measurement, m; 0 if the claims are consistent.
-    pub(crate) inflation: f64,
+    pub(crate) gaussians: Vec<Gaussian>,
+    /// What the next request returns; its Gaussians are these.
+    pub(crate) memory: Ranging,
     /// Depth, m, positive down.
     pub(crate) depth: f64,
 }
 
 impl Ranged {
-    /// Estimates from `reports`, at least one, in order of time.
-    pub(crate) fn new(reports: &[(usize, Report)], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> Self {
-        let claimed: Vec<_> = reports.iter().map(|(_, report)| sight(report, reports, tuned)).collect();
-        let (inflation, cloud) = consistent(&claimed, tuned, due);
-        let reported = claimed.last().and_then(|newest| depth_at(newest.time, reports));
-        let unreported = || cloud.particles.iter().map(|of| of.depth * of.weight).sum();
-        let depth = reported.unwrap_or_else(unreported);
-        let refused = |place: usize| place.checked_sub(1).is_some_and(|i| REFUSED < cloud.outliers[i]);
-        let used = reports.iter().enumerate().filter(|(place, _)| !refused(*place));
-        let used = used.map(|(_, numbered)| *numbered).collect();
-        Self { cloud, used, inflation, depth }
+    /// Estimates from `reports`, at least one, in order of time. What the previous plan knew of the older
+    /// ones is carried on, if it fits.
+    pub(crate) fn new(
+        reports: &[(usize, Report)],
+        before: Option<&Ranging>,
+        tuned: &EstimateNumbers,
+        due: &dyn Fn() -> bool,
+    ) -> Self {
+        let carried = before.and_then(|before| carried_on(reports, before, tuned, due));
+        let (gaussians, memory) = carried.unwrap_or_else(|| from_all(reports, tuned, due));
+        let reported = reports.last().and_then(|(_, newest)| depth_at(newest.t_s, reports));
+        let unreported = || gaussians.iter().map(|of| of.depth() * of.weight).sum();
+        Self { depth: reported.unwrap_or_else(unreported), gaussians, memory }
     }
 
-    /// The two places, if the positions fall apart: the split across their longest axis that leaves
-    /// the least variance within.
-    pub(crate) fn places(&self, tuned: &EstimateNumbers) -> Option<Places> {
-        let (mean, covariance) = self.cloud.moments();
-        let angle = 0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22);
-        let axis = direction(angle);
-        let along = |of: &Particle| (of.position - mean.xy()).dot(&axis);
-        let mut sorted: Vec<_> = self.cloud.particles.iter().collect();
-        sorted.sort_by(|a, b| along(a).total_cmp(&along(b)));
-        let total: f64 = sorted.iter().map(|of| of.weight * along(of).powi(2)).sum();
-        let (mut passed, mut moment, mut between, mut split) = (0.0, 0.0, 0.0, 0);
-        for (place, particle) in (1..).zip(&sorted[..sorted.len() - 1]) {
-            passed += particle.weight;
-            moment += particle.weight * along(particle);
-            let apart = moment * moment / (passed * (1.0 - passed)).max(f64::MIN_POSITIVE);
-            if between < apart {
-                (between, split) = (apart, place);
-            }
-        }
-        if total < APART_MIN * APART_MIN || total - between > tuned.places_within * total {
-            return None;
-        }
-        let part = |of: &[&Particle]| {
-            let weight: f64 = of.iter().map(|of| of.weight).sum();
-            (of.iter().map(|of| of.position * of.weight).sum::<Vector2<f64>>() / weight, weight)
+    /// The two places, if there are two.
+    pub(crate) fn places(&self) -> Option<Places> {
+        let part = |second: bool| {
+            let of = || self.gaussians.iter().filter(move |of| of.is_second == second);
+            let weight: f64 = of().map(|of| of.weight).sum();
+            (of().map(|of| of.position() * of.weight).sum::<Vector2<f64>>() / weight, weight)
         };
-        let (before, after) = (part(&sorted[..split]), part(&sorted[split..]));
-        let (likelier, other) = if after.1 <= before.1 { (before, after) } else { (after, before) };
-        (PROBABILITY_MIN <= other.1).then(|| Places {
+        let (first, second) = (part(false), part(true));
+        let (likelier, other) = if second.1 <= first.1 { (first, second) } else { (second, first) };
+        (0.0 < other.1).then(|| Places {
             likelier: likelier.0,
             other: other.0,
             probability: likelier.1.min(1.0),
@@ -96,30 +92,148 @@ impl Ranged {
     }
 }
 
+/// What all `reports` leave possible.
+fn from_all(
+    reports: &[(usize, Report)],
+    tuned: &EstimateNumbers,
+    due: &dyn Fn() -> bool,
+) -> (Vec<Gaussian>, Ranging) {
+    let claimed: Vec<_> = reports.iter().map(|(_, report)| sight(report, reports, tuned)).collect();
+    let (inflation_m, cloud) = consistent(&claimed, tuned, due);
+    let beyond = cloud.outliers.iter().zip(&claimed[1..]).filter(|(outlier, _)| REFUSED < **outlier);
+    let refused = beyond.map(|(_, sight)| sight.time).collect();
+    summarised(&cloud, reports, Ranging { inflation_m, refused, ..Ranging::default() }, tuned)
+}
+
+/// What the previous plan left possible `before`, and newer reports do: none if it does not fit the
+/// `reports`, bends where ranges do, or if one of the newer ones may be an outlier.
+fn carried_on(
+    reports: &[(usize, Report)],
+    before: &Ranging,
+    tuned: &EstimateNumbers,
+    due: &dyn Fn() -> bool,
+) -> Option<(Vec<Gaussian>, Ranging)> {
+    let (known, new) = reports.split_at(reports.partition_point(|(_, report)| report.t_s <= before.t_s));
+    let is_known = known.last()?.1.t_s == before.t_s && before.fingerprint == fingerprint(known);
+    let added = before.added + new.len() as f64;
+    let is_young = 0.0 <= before.added && added <= ADDED_MAX;
+    let is_possible =
+        (0.0..=REPORT_SIGMA_MAX).contains(&before.inflation_m) && before.refused.len() <= REPORTS_MAX;
+    let gaussians = Gaussian::read(&before.gaussians).filter(|_| is_known && is_young && is_possible)?;
+    if new.is_empty() {
+        return Some((gaussians, before.clone()));
+    }
+    let (mean, covariance) = Gaussian::moments(gaussians.iter());
+    let variance = covariance.m11 + covariance.m22;
+    let is_bent = |(_, report): &(usize, Report)| {
+        let bend = 0.5 * variance / (mean.xy() - report.position()).norm();
+        report.range_m.is_some() && tuned.bend_max * report.sigma_m.hypot(before.inflation_m) < bend
+    };
+    if gaussians.iter().any(|of| of.is_second) || new.iter().any(is_bent) {
+        return None;
+    }
+    let claimed: Vec<_> = new.iter().map(|(_, report)| sight(report, reports, tuned)).collect();
+    let k = (REPORTS_MAX + count(before.added)) as u64;
+    let normals = Normals::new();
+    let n = tuned.particles_least;
+    let drawn = gaussians
+        .iter()
+        .zip(1..)
+        .flat_map(|(of, i)| of.particles(i * 1000 + k, count(of.weight * n), &normals));
+    let cloud = Cloud::of(drawn.collect()).after(
+        k,
+        before.t_s,
+        &wider(&claimed, before.inflation_m),
+        &normals,
+        tuned,
+        due,
+    );
+    if cloud.outliers.iter().any(|outlier| REFUSED < *outlier) {
+        return None;
+    }
+    Some(summarised(&cloud, reports, Ranging { added, ..before.clone() }, tuned))
+}
+
+/// The Gaussians of `cloud`, and the `memory` with them.
+fn summarised(
+    cloud: &Cloud,
+    reports: &[(usize, Report)],
+    memory: Ranging,
+    tuned: &EstimateNumbers,
+) -> (Vec<Gaussian>, Ranging) {
+    let gaussians = match split(cloud, tuned) {
+        Some((axis, at)) => Gaussian::all(cloud, |of| at < of.position.dot(&axis)),
+        None => Gaussian::all(cloud, |_| false),
+    };
+    let memory = Ranging {
+        t_s: reports.last().map_or(0.0, |(_, report)| report.t_s),
+        fingerprint: fingerprint(reports),
+        gaussians: gaussians.iter().map(Gaussian::row).collect(),
+        ..memory
+    };
+    (gaussians, memory)
+}
+
+/// A number by which the newest of `reports` are known again.
+fn fingerprint(reports: &[(usize, Report)]) -> f64 {
+    let newest = reports.iter().rev().take(KNOWN_BY);
+    let numbers = newest.flat_map(|(_, report)| [report.sigma_m, report.range_m.unwrap_or_default()]);
+    let mixed =
+        |sum: u64, number: f64| (sum.rotate_left(5) ^ number.to_bits()).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    (numbers.fold(0, mixed) >> 12) as f64
+}
+
+/// The direction along which the positions fall apart, if they do, and where: the split across their
+/// longest axis that leaves the least variance within.
+fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> {
+    let (mean, covariance) = cloud.moments();
+    let axis = direction(0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22));
+    let along = |of: &Particle| (of.position - mean.xy()).dot(&axis);
+    let mut sorted: Vec<_> = cloud.particles.iter().map(|of| (along(of), of.weight)).collect();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = sorted.iter().map(|(along, weight)| weight * along.powi(2)).sum();
+    let (mut passed, mut moment, mut between, mut found) = (0.0, 0.0, 0.0, None);
+    for pair in sorted.windows(2) {
+        let (along, weight) = pair[0];
+        passed += weight;
+        moment += weight * along;
+        let apart = moment * moment / (passed * (1.0 - passed)).max(f64::MIN_POSITIVE);
+        if between < apart {
+            (between, found) = (apart, Some((passed, 0.5 * (along + pair[1].0))));
+        }
+    }
+    let (share, at) = found.filter(|_| APART_MIN * APART_MIN <= total)?;
+    let is_apart = total - between <= tuned.places_within * total;
+    (is_apart && PROBABILITY_MIN <= share.min(1.0 - share)).then(|| (axis, mean.xy().dot(&axis) + at))
+}
+
 /// The likeliest inflation of `claimed` accuracies, m, if it is much likelier than none, and what is
 /// then possible.
 ///
 /// Refused ranges would not show it: a vehicle that turns all the time explains any of them.
 fn consistent(claimed: &[Sight], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> (f64, Cloud) {
-    let cloud = Cloud::new(claimed, tuned, due);
+    let normals = Normals::new();
+    let cloud = Cloud::new(claimed, &normals, tuned, due);
     let few = EstimateNumbers {
         particles_most: 0.5 * tuned.particles_least,
         particles_least: 0.5 * tuned.particles_least,
         ..*tuned
     };
     let smallest = claimed.iter().map(|sight| sight.sigma).fold(f64::INFINITY, f64::min);
-    let wider = |inflation: f64| -> Vec<Sight> {
-        let wider = |sight: &Sight| Sight { sigma: sight.sigma.hypot(inflation), ..*sight };
-        claimed.iter().map(wider).collect()
-    };
     let (mut best, mut largest) = (0.0, cloud.log_likelihood + tuned.inflation_evidence);
     for factor in FACTORS.into_iter().filter(|_| DOUBTED_FROM <= claimed.len()).take_while(|_| !due()) {
-        let tried = Cloud::new(&wider(factor * smallest), &few, due);
+        let tried = Cloud::new(&wider(claimed, factor * smallest), &normals, &few, due);
         if largest < tried.log_likelihood {
             (best, largest) = (factor * smallest, tried.log_likelihood);
         }
     }
-    if best > 0.0 { (best, Cloud::new(&wider(best), tuned, due)) } else { (best, cloud) }
+    if best > 0.0 { (best, Cloud::new(&wider(claimed, best), &normals, tuned, due)) } else { (best, cloud) }
+}
+
+/// `claimed` accuracies with an `inflation`, m.
+fn wider(claimed: &[Sight], inflation: f64) -> Vec<Sight> {
+    let wider = |sight: &Sight| Sight { sigma: sight.sigma.hypot(inflation), ..*sight };
+    claimed.iter().map(wider).collect()
 }
 
 /// A report as a measurement.

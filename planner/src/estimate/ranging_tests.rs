@@ -6,10 +6,10 @@ use nalgebra::Vector2;
 
 use crate::{
     estimate::{
-        from_reports::{Estimate, Estimator},
+        from_reports::{Before, Estimate, Estimator},
         ranging::Places,
     },
-    facts::{angle::ned_from_body, auv::Auv, evidence::Report},
+    facts::{angle::ned_from_body, auv::Auv, evidence::Report, previous_plan::Ranging},
     tuned::EstimateNumbers,
 };
 
@@ -17,10 +17,15 @@ const SIGMA: f64 = 1.5;
 const DEPTH: f64 = 20.0;
 
 fn estimate(reports: &[Report]) -> Estimate {
+    estimate_after(reports, None)
+}
+
+/// The estimate after a plan that left this memory.
+fn estimate_after(reports: &[Report], ranging: Option<&Ranging>) -> Estimate {
     let now = reports.iter().map(|report| report.t_s).fold(f64::NEG_INFINITY, f64::max);
     let tuned = &EstimateNumbers { particles_most: 3000.0, ..EstimateNumbers::DEFAULT };
     let estimator = Estimator { now, current: Vector2::zeros(), tuned, due: &|| false };
-    estimator.estimate(&Auv::reported("a", reports.to_vec()), None, None, (None, &[]))
+    estimator.estimate(&Auv::reported("a", reports.to_vec()), None, Before { ranging, ..Before::default() })
 }
 
 /// An AUV that goes east at 0.4 m/s, at time `t`, s.
@@ -159,4 +164,107 @@ fn telemetry_and_an_unknown_depth_are_used() {
     let found = estimate(&reports);
     assert!(off(&found, 290.0) < 6.0, "{}", off(&found, 290.0));
     assert!((found.state.depth_m - DEPTH).abs() < 8.0, "{}", found.state.depth_m);
+}
+
+#[test]
+fn later_plans_add_ranges_to_what_is_known_with_the_same_outcome() {
+    let reports = ranges(60, circling);
+    let (mut memory, mut added) = (None, 0);
+    for n in 20..=60 {
+        let found = estimate_after(&reports[..n], memory.as_ref());
+        let anew = estimate(&reports[..n]);
+        let sigma = anew.state.position_sigma().expect("is from reports");
+        let apart = (found.state.position() - anew.state.position()).norm();
+        assert!(apart < 0.5 * sigma && found.places.is_none(), "{n}: {apart} {sigma}");
+        let known = found.state.position_sigma().expect("is from reports");
+        assert!((0.7..1.4).contains(&(known / sigma)), "{n}: {known} {sigma}");
+        // Without a new report nothing changes.
+        let again = estimate_after(&reports[..n], found.ranging.as_ref());
+        assert_eq!(again, found);
+        added += usize::from(found.ranging.as_ref().is_some_and(|memory| 0.0 < memory.added));
+        memory = found.ranging;
+    }
+    assert!(30 <= added, "{added}");
+}
+
+#[test]
+fn a_memory_that_does_not_fit_changes_nothing() {
+    let reports = ranges(30, circling);
+    let anew = estimate(&reports);
+    let good = estimate(&reports[..29]).ranging.expect("has ranges");
+    let spoilt: [fn(&mut Ranging); 9] = [
+        |memory| memory.t_s += 5.0,
+        |memory| memory.fingerprint += 1.0,
+        |memory| memory.added = -1.0,
+        |memory| memory.added = 1e9,
+        |memory| memory.inflation_m = -1.0,
+        |memory| memory.refused = vec![0.0; 65],
+        |memory| memory.gaussians.clear(),
+        |memory| memory.gaussians[0][3] = 1e9,
+        |memory| memory.gaussians[0][0] = -0.5,
+    ];
+    for spoil in spoilt {
+        let mut memory = good.clone();
+        spoil(&mut memory);
+        assert_eq!(estimate_after(&reports, Some(&memory)), anew, "{memory:?}");
+    }
+    // Neither does one of other reports.
+    assert_eq!(estimate_after(&ranges(30, |t| circling(t + 3.0)), Some(&good)).places, None);
+    // Widths that no filter left are only wide.
+    let mut wide = good;
+    wide.gaussians.iter_mut().flat_map(|row| &mut row[8..]).for_each(|number| *number = -4.0e6);
+    let found = estimate_after(&reports[..29], Some(&wide));
+    assert!(found.state.covariance().is_some_and(|known| known.iter().all(|number| number.is_finite())));
+}
+
+#[test]
+fn a_range_that_went_a_longer_way_is_refused_beside_a_memory() {
+    let mut reports = ranges(40, circling);
+    reports[35].range_m = reports[35].range_m.map(|range| range + 25.0);
+    let mut memory = None;
+    for n in 30..=40 {
+        let found = estimate_after(&reports[..n], memory.as_ref());
+        assert_eq!(found.rejected, if n <= 35 { vec![] } else { vec![35] }, "{n}");
+        memory = found.ranging;
+    }
+}
+
+#[test]
+fn mirrored_ranges_mirror_the_estimate_port_and_starboard_alike() {
+    for craft in [circling, passing] {
+        let reports = ranges(30, craft);
+        let mut mirrored = reports.clone();
+        for report in &mut mirrored {
+            report.move_position(|at| Vector2::new(at.x, -at.y));
+        }
+        let (here, there) = (estimate(&reports), estimate(&mirrored));
+        let mirror = |at: Vector2<f64>| Vector2::new(at.x, -at.y);
+        // But for the sampling, as in a turned scene.
+        let sigma = here.state.position_sigma().expect("is from reports");
+        assert!((mirror(here.state.position()) - there.state.position()).norm() < 0.3 * sigma);
+        assert_eq!(here.places.is_some(), there.places.is_some());
+        for (one, other) in here.places.into_iter().zip(there.places) {
+            assert!((mirror(one.likelier) - other.likelier).norm() < 0.5 * sigma);
+            assert!((mirror(one.other) - other.other).norm() < 0.5 * sigma);
+            assert!((one.probability - other.probability).abs() < 0.1);
+        }
+    }
+}
+
+#[test]
+fn a_shift_of_time_changes_no_bit_of_an_estimate_or_of_what_is_added_to_it() {
+    // Times that are exact before and after the shift.
+    let shifted = |mut reports: Vec<Report>| {
+        for report in &mut reports {
+            report.t_s += 4096.0;
+        }
+        reports
+    };
+    let (reports, later) = (ranges(30, circling), shifted(ranges(30, circling)));
+    let (first, first_later) = (estimate(&reports[..29]), estimate(&later[..29]));
+    assert_eq!(first.state, first_later.state);
+    let [here, there] = [(&reports, &first), (&later, &first_later)]
+        .map(|(reports, first)| estimate_after(reports, first.ranging.as_ref()));
+    assert_eq!(here.state, there.state);
+    assert_eq!(here.ranging.map(|memory| memory.added), Some(1.0));
 }

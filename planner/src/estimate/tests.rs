@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{
     estimate::{
-        from_reports::{Estimator, in_order},
+        from_reports::{Before, Estimator, in_order},
         kalman::Kalman,
         legs::TrackPoint,
         on_path::{PathHypothesis, Spread},
@@ -35,7 +35,7 @@ impl Estimate {
         due: &dyn Fn() -> bool,
     ) -> Self {
         let estimator = Estimator { now, current: *current, tuned: TUNED, due };
-        estimator.estimate(auv, path, previous, (before, &[]))
+        estimator.estimate(auv, path, Before { target: previous, track: before, ..Before::default() })
     }
 
     /// The estimate in still water, with the track and the past states of an earlier one.
@@ -46,7 +46,7 @@ impl Estimate {
         (track, states): (&[TrackPoint], &[PastState]),
     ) -> Self {
         let estimator = Estimator { now, current: Vector2::zeros(), tuned: TUNED, due: &|| false };
-        estimator.estimate(auv, path, None, (Some(track), states))
+        estimator.estimate(auv, path, Before { track: Some(track), states, ..Before::default() })
     }
 }
 

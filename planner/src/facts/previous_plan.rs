@@ -104,6 +104,32 @@ pub struct PreviousTarget {
     /// vehicle.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<[f64; 6]>,
+    /// What its reports leave possible, if some are ranges. Without it, all are filtered anew.
+    pub ranging: Option<Ranging>,
+}
+
+/// A row of [`Ranging::gaussians`].
+pub(crate) type GaussianRow = [f64; 23];
+
+/// What reports of which some are ranges leave possible. If it does not fit the reports, or its numbers
+/// are none of such an estimate, all reports are filtered anew.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Ranging {
+    /// Time of the newest report in it, s.
+    pub t_s: f64,
+    /// Number made of the newest reports in it, by which the next plan knows them.
+    pub fingerprint: f64,
+    /// Number of reports in it that were not filtered together with all others.
+    pub added: f64,
+    /// Standard deviation added to the measurements, m.
+    pub inflation_m: f64,
+    /// Times of the refused reports, s, at most 64.
+    pub refused: Vec<f64>,
+    /// Gaussians, at most 4: weight; 1 at the second of two places; 1 in a turn; mean of position north
+    /// and east of the datum, m, depth, m, and velocity north and east, m/s; the lower triangle of a factor
+    /// L of their covariance L Lᵀ, row by row.
+    #[schema(value_type = Vec<Vec<f64>>)]
+    pub gaussians: Vec<GaussianRow>,
 }
 
 impl PreviousTarget {

@@ -82,7 +82,7 @@ pub type Range = (&'static str, RangeInclusive<f64>);
 pub type MapNumber<'a, N, M> = &'a mut dyn FnMut(&str, &RangeInclusive<f64>, Option<&N>) -> Option<M>;
 
 const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
-const DEPTH: RangeInclusive<f64> = -10.0..=DEPTH_MAX;
+pub(crate) const DEPTH: RangeInclusive<f64> = -10.0..=DEPTH_MAX;
 const TURN_RATE: RangeInclusive<f64> = -1.0..=1.0;
 const AUV_SPEED: RangeInclusive<f64> = 0.0..=AUV_SPEED_MAX;
 const CURRENT_SPEED: RangeInclusive<f64> = -CURRENT_MAX..=CURRENT_MAX;

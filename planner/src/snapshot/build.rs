@@ -10,7 +10,7 @@ use crate::craft::estimate::CraftEstimate;
 use crate::craft::learn_by_ekf::CraftObservation;
 use crate::craft::model::CraftModel;
 use crate::craft::prior::Prior;
-use crate::estimate::from_reports::{Estimate, Estimator};
+use crate::estimate::from_reports::{Before, Estimate, Estimator};
 use crate::estimate::repeats::TRACK_POINTS_MAX;
 use crate::facts::angle::{Heading, wrap};
 use crate::facts::asc::{Asc, AscNow, Limits};
@@ -91,14 +91,14 @@ impl Snapshot {
         let numbers = shared_particles(&request, &tuned.estimate);
         let estimator = Estimator { now: request.t_s, current, tuned: &numbers, due };
         let estimate = |(auv, path): (&Auv, &Option<KnownPath>)| {
-            let (track, states) = request.remembered_track(&auv.id);
+            let before = request.before(&auv.id);
             // A state shows a turn sooner and better than a pattern foretells it. Only visits look
             // farther ahead: an Otter behind exact states of 0.9 m/s was 0.088 m off, not 0.085.
-            let used = track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
-            let mut estimate =
-                estimator.estimate(auv, path.as_ref(), request.remembered(&auv.id), (used, states));
+            let used =
+                before.track.filter(|_| auv.state.is_none() || matches!(request.goal.goal, Goal::Visit(_)));
+            let mut estimate = estimator.estimate(auv, path.as_ref(), Before { track: used, ..before });
             // A plan that does not need the track of a state still remembers it.
-            if let (Some(_), Some(track), []) = (&auv.state, track, &estimate.track[..]) {
+            if let (Some(_), Some(track), []) = (&auv.state, before.track, &estimate.track[..]) {
                 estimate.track = track[track.len().saturating_sub(TRACK_POINTS_MAX)..].to_vec();
             }
             estimate

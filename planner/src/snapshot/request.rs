@@ -8,8 +8,7 @@ use utoipa::ToSchema;
 
 use crate::craft::description::{CraftDescription, HeadingLoop, SurgeLoop};
 use crate::craft::learn_by_ekf::{CraftObservation, PastReference};
-use crate::estimate::legs::TrackPoint;
-use crate::estimate::past_states::PastState;
+use crate::estimate::from_reports::Before;
 use crate::facts::asc::{Asc, DeclaredLimits, Limits};
 use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::bounds::KeepOut;
@@ -265,14 +264,17 @@ impl PlanRequest {
         young.then_some((target, then - target.estimate.age_s))
     }
 
-    /// Past track of the AUV `id` in the previous plan, if tracks are used, and its past states.
-    pub(crate) fn remembered_track(&self, id: &VehicleId) -> (Option<&[TrackPoint]>, &[PastState]) {
-        let previous = self.previous_plan.as_ref();
-        let mut targets = previous.and_then(|plan| plan.targets.as_deref()).into_iter().flatten();
+    /// The AUV `id` in the previous plan.
+    pub(crate) fn before(&self, id: &VehicleId) -> Before<'_> {
+        let mut targets = self.previous_plan.iter().flat_map(|plan| &plan.targets).flatten();
         let target = targets.find(|target| target.id == *id);
-        let (track, states) = target
-            .map_or_else(Default::default, |target| (target.track.as_slice(), target.states.as_slice()));
-        ((self.forecast == Forecast::Auto).then_some(track), states)
+        let track = target.map_or_else(Default::default, |target| target.track.as_slice());
+        Before {
+            target: self.remembered(id),
+            track: (self.forecast == Forecast::Auto).then_some(track),
+            states: target.map_or_else(Default::default, |target| target.states.as_slice()),
+            ranging: target.and_then(|target| target.ranging.as_ref()),
+        }
     }
 
     /// Age of a vessel's position, s.

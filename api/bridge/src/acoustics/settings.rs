@@ -1,8 +1,11 @@
 //! The settings file of one modem.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fmt};
 
-use serde::Deserialize;
+use serde::{
+    Deserialize, Deserializer,
+    de::{Error, MapAccess, Visitor},
+};
 
 use super::mounting::Mounting;
 
@@ -11,8 +14,9 @@ use super::mounting::Mounting;
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     pub(crate) modem: ModemKind,
-    /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`.
-    #[serde(default)]
+    /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`; one with two
+    /// is an error.
+    #[serde(default, deserialize_with = "one_name_each")]
     pub names: BTreeMap<String, String>,
     /// Mounting of the transducer. Not needed for modems that print positions on Earth.
     #[serde(default)]
@@ -64,6 +68,33 @@ pub(crate) enum Frame {
 #[error("{0}")]
 pub struct UnusableSettings(pub(super) String);
 
+/// Reads names by address: a map alone would keep the last name and lose the other AUV.
+fn one_name_each<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, String>, D::Error> {
+    struct Names;
+
+    impl<'de> Visitor<'de> for Names {
+        type Value = BTreeMap<String, String>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("names of AUVs by their addresses")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut names = BTreeMap::new();
+            while let Some((address, name)) = map.next_entry::<String, String>()? {
+                if let Some(other) = names.insert(address.clone(), name.clone()) {
+                    return Err(A::Error::custom(format!(
+                        "names: {other} and {name} both have the address {address}"
+                    )));
+                }
+            }
+            Ok(names)
+        }
+    }
+
+    from.deserialize_map(Names)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{super::Modem, *};
@@ -78,6 +109,16 @@ mod tests {
         ] {
             assert!(serde_json::from_str::<Settings>(json).is_err(), "{json}");
         }
+    }
+
+    #[test]
+    fn two_auvs_with_one_address_are_an_error_that_names_both() {
+        let json =
+            r#"{"modem": "sentences", "sound_speed_mps": 1500.0, "names": {"3": "red", "3": "black"}}"#;
+        let error = serde_json::from_str::<Settings>(json).expect_err("has one address twice");
+        assert!(error.to_string().contains("red and black both have the address 3"), "{error}");
+        let json = json.replacen("\"3\"", "\"4\"", 1);
+        assert_eq!(serde_json::from_str::<Settings>(&json).expect("is as it should be").names.len(), 2);
     }
 
     #[test]
