@@ -802,6 +802,8 @@ class Live(TypedDict):
     keep_outs: NotRequired[list[KeepOut]]
     # Limits of the surface craft, as in a snapshot.
     limits: NotRequired[Limits | None]
+    # Polygons to keep out of, as in a snapshot.
+    no_go: NotRequired[list[NoGo]]
     # Place of the datum of all positions on Earth, as in a snapshot. Default: the first fix in latitude and
     # longitude, while the mission has no position in metres.
     origin: NotRequired[Origin | None]
@@ -811,7 +813,7 @@ class Live(TypedDict):
     surfacing_separation_m: NotRequired[float | None]
     # The planner's levers, as in a snapshot.
     tuning: NotRequired[Tuning | None]
-    # Distance to keep from other vessels' sides, as in a snapshot.
+    # Distance to keep from other vessels' sides, as in a snapshot. From 1 to 2000.
     vessel_separation_m: NotRequired[float | None]
 
 
@@ -844,7 +846,7 @@ class Manoeuvre(TypedDict):
 
     # Heading, rad.
     heading_rad: float
-    # Speed through the water, m/s.
+    # Speed through the water, m/s. From 0 to 40.
     speed_mps: float
     # Its end, s on the request's clock.
     until_s: float
@@ -932,6 +934,18 @@ class NextTurn(TypedDict):
     in_s: float
     # Standard deviation of `in_s`, s.
     sigma_s: float
+
+
+class NoGo(TypedDict):
+    """An area to keep out of, such as land or shallow water."""
+
+    # Borders of parts in which the craft may be, such as a lagoon's; none if left out.
+    holes: NotRequired[list[list[list[float] | Origin]]]
+    # Its name for people, at most 64 bytes; none if left out.
+    name: NotRequired[str | None]
+    # Corners [north, east] of its border, m, convex or not: in order, in either direction, each once. Sides do not
+    # cross.
+    polygon: list[list[float] | Origin]
 
 
 class Note(TypedDict):
@@ -1036,7 +1050,7 @@ Outcome: TypeAlias = Literal["ok", "degraded"]
 class PastVessel(TypedDict):
     """The velocity of a vessel, averaged over its last positions."""
 
-    # Number of positions that count, at least 1.
+    # Number of positions that count, at least 1. From 1 to 1e+06.
     count: float
     # Eastward velocity over ground, m/s.
     east_mps: float
@@ -1129,6 +1143,8 @@ class PlanRequest(TypedDict):
     limits: NotRequired[Limits | None]
     # Any object, returned in the answer. At most 4096 bytes.
     metadata: NotRequired[dict[str, Any]]
+    # Polygons to keep out of, such as land, at most 256 with 10 000 corners in all. Default: none.
+    no_go: NotRequired[list[NoGo]]
     # Position of the datum on Earth. With it, any position may be given as `lat_deg` and `lon_deg` instead of
     # `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Headings, courses,
     # velocities and offsets are then relative to true north at the craft, else to the frame's north. Default:
@@ -1148,14 +1164,14 @@ class PlanRequest(TypedDict):
     # Tuning of the planner: weights, horizon, iterations. Default: as in each member.
     tuning: NotRequired[Tuning | None]
     # Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length and a margin. Half
-    # the vessel's length and its uncertainty add to it. Default: 30.
+    # the vessel's length and its uncertainty add to it. Default: 30. From 1 to 2000.
     vessel_separation_m: NotRequired[float | None]
 
 
 class PlanResponse(TypedDict):
     """A plan for the surface craft."""
 
-    # What the craft does about other vessels, if any may come near.
+    # Encounters with other vessels, and the manoeuvre, if any may come near.
     avoidance: NotRequired[Avoidance | None]
     # Answer of the line-of-sight law.
     baseline: Baseline
@@ -1272,6 +1288,9 @@ class PlannedTarget(TypedDict):
     id: str
     # Root-mean-square horizontal distance from the trajectory at these times, m.
     position_sigma_m: list[float]
+    # What the reports of a vehicle leave possible, if some are ranges. The next request needs it in
+    # `previous_plan`.
+    ranging: NotRequired[Ranging | None]
     # Past states of a vehicle given as `state`: time, s, position north and east, m, its standard deviation along
     # either axis, m, and velocity over ground north and east, m/s; at most 48, at least 10 s apart. The next
     # request needs it in `previous_plan`.
@@ -1389,7 +1408,7 @@ class Prediction(TypedDict):
     asc: list[list[float]]
     # The underwater vehicles.
     auvs: list[PredictedAuv]
-    # What the craft does about other vessels.
+    # Encounters with other vessels, and the manoeuvre.
     avoidance: NotRequired[Avoidance | None]
     # Predicted cost, by which the answer was chosen, m² s; none in plans of earlier versions.
     cost: NotRequired[float | None]
@@ -1500,6 +1519,8 @@ class PreviousTarget(TypedDict):
     forecast: NotRequired[Forecast | None]
     # The vehicle.
     id: str
+    # What its reports leave possible, if some are ranges. Without it, all are filtered anew.
+    ranging: NotRequired[Ranging | None]
     # Its past states, if it is given as `state`, in order of time: time, s, position north and east of the datum,
     # m, its standard deviation along either axis, m, and velocity over ground north and east, m/s. The newest 48
     # count. Without it, a state is all that is known of the vehicle.
@@ -1549,6 +1570,27 @@ class ProgramSize(TypedDict):
     stages: int
     # Length of x.
     variables: int
+
+
+class Ranging(TypedDict):
+    """What reports of which some are ranges leave possible. If it does not fit the reports, or its numbers are none
+    of such an estimate, all reports are filtered anew.
+    """
+
+    # Number of reports in it that were not filtered together with all others.
+    added: float
+    # Number made of the newest reports in it, by which the next plan knows them.
+    fingerprint: float
+    # Gaussians, at most 4: weight; 1 at the second of two places; 1 in a turn; mean of position north and east of
+    # the datum, m, depth, m, and velocity north and east, m/s; the lower triangle of a factor L of their covariance
+    # L Lᵀ, row by row.
+    gaussians: list[list[float]]
+    # Standard deviation added to the measurements, m.
+    inflation_m: float
+    # Times of the refused reports, s, at most 64.
+    refused: list[float]
+    # Time of the newest report in it, s.
+    t_s: float
 
 
 # The statistic of several AUVs' costs that counts.
@@ -1641,8 +1683,8 @@ class Reports(TypedDict):
     rejected: NotRequired[list[FieldError]]
     # States of steering, from the program that steers, at most 64. The newest counts.
     steering: NotRequired[list[Steering]]
-    # Other vessels, at most 64; the newest position of each counts. Of more than 64, the nearest are known. Default
-    # of `t_s`: now.
+    # Other vessels, at most 64. The newest position of each counts; the mission knows the nearest 64. Default of
+    # `t_s`: now.
     traffic: NotRequired[list[Vessel]]
 
 
@@ -1728,6 +1770,8 @@ class Scene(TypedDict):
     information: NotRequired[str | None]
     # Discs to keep out of.
     keep_outs: list[KeepOut]
+    # Polygons to keep out of.
+    no_go: NotRequired[list[NoGo]]
     # Place of the datum on Earth, if known.
     origin: NotRequired[Origin | None]
     # Points (north, east) of the known paths of underwater vehicles, m.
@@ -1903,6 +1947,8 @@ class Setting(TypedDict):
     keep_outs: NotRequired[list[KeepOut] | None]
     # The operator's limits of the surface craft. Without `craft`, they also describe the craft.
     limits: NotRequired[Limits | None]
+    # Polygons to keep out of.
+    no_go: NotRequired[list[NoGo] | None]
     # Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A mission shows its
     # `origin` beside its setting.
     origin: NotRequired[Origin]
@@ -2168,7 +2214,7 @@ class Vessel(TypedDict):
     id: str
     # Latitude, degrees, positive north. Needs `origin`, as in other positions.
     lat_deg: NotRequired[float | None]
-    # Length over all, m, from 1 to 500. Default: 20.
+    # Length over all, m, from 1 to 500. Default: 20. From 1 to 500.
     length_m: NotRequired[float | None]
     # Longitude, degrees, positive east.
     lon_deg: NotRequired[float | None]
@@ -2176,9 +2222,9 @@ class Vessel(TypedDict):
     name: NotRequired[str | None]
     # Position of its receiver north of the datum, m.
     north_m: NotRequired[float]
-    # Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10.
+    # Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10. From 0 to 10000.
     sigma_m: NotRequired[float | None]
-    # Speed over ground, m/s, from 0 to 60.
+    # Speed over ground, m/s, from 0 to 60. From 0 to 60.
     speed_mps: NotRequired[float | None]
     # What it does. One that is made fast stays where it is, however old its position. Default: `under_way`.
     status: NotRequired[VesselStatus]
@@ -2196,10 +2242,11 @@ class Violation(TypedDict):
     # Amount of the worst violation, in `unit`.
     amount: float
     # `forward_speed`, `turn_rate`, `acoustic_range` (minus the back-off for the vehicle's position uncertainty),
-    # `area`, `keep_out`, `surfacing_separation` or `vessel_separation`.
+    # `area`, `keep_out`, `surfacing_separation`, `vessel_separation` or `no_go`.
     limit: str
-    # Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), an underwater vehicle
-    # (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`. Absent for limits of the craft's own motion.
+    # Worst violator as a JSON pointer into the request: a keep-out (`/keep_outs/0`), a no-go area (`/no_go/0`), an
+    # underwater vehicle (`/auvs/1`), a vessel (`/traffic/2`) or the `/area`. Absent for limits of the craft's own
+    # motion.
     pointer: NotRequired[str | None]
     # Time of the worst violation, s on the request's clock.
     t_s: float
