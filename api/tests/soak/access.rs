@@ -6,7 +6,7 @@ use rustix::process::Signal;
 use tempfile::tempdir;
 use tests::server::certificate;
 
-use crate::command::{ask_as, path, printed, run, serving, signal};
+use crate::command::{path, printed, run, serving, signal};
 use crate::until;
 
 fn add(file: &str, name: &str, role: &str) -> String {
