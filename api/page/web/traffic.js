@@ -10,7 +10,7 @@ import { number } from "./format.js";
  */
 
 /** Age from which a vessel that moves may be elsewhere, and from which silence is no news of traffic, s; who is at anchor reports each three minutes. */
-const STALE_S = 200, QUIET_S = 180, QUIET_AT_ANCHOR_S = 360;
+const STALE_S = 120, QUIET_S = 180, QUIET_AT_ANCHOR_S = 360;
 /** Least rate at which a distance changes, m/s, and speed of what moves, m/s. */
 const CLOSES_MPS = 0.05, MOVES_MPS = 0.1;
 /** A map that showed all traffic would show nothing of the craft: beside vessels that are met, it is fitted to those so near, m. */
