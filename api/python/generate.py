@@ -237,7 +237,8 @@ def comment(schema):
     least, most = (schema.get(name) for name in ("minimum", "maximum"))
     # Others are of whole numbers, or about zero, for example of places: no more than sane.
     is_told = None not in (least, most) and least != -most and most < 1e9
-    return wrapped((schema.get("description") or "".join(texts[:1])) + (f" From {least:g} to {most:g}." if is_told else ""))
+    told = f" From {least:g} to {most:g}." if is_told else ""
+    return wrapped((schema.get("description") or "".join(texts[:1])) + told)
 
 
 def wrapped(text):
