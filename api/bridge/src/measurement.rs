@@ -74,7 +74,7 @@ pub struct VesselFix {
     pub speed: Option<f64>,
     /// True heading, rad.
     pub heading: Option<f64>,
-    /// What it says that it does.
+    /// Its navigational status.
     pub status: VesselStatus,
 }
 

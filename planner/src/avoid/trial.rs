@@ -14,7 +14,7 @@ const SPEED_IN_TURN: f64 = 0.3;
 /// Time for which a vessel's way ahead of it belongs to it, s.
 const AHEAD: f64 = 120.0;
 
-/// Time for which a depth that lasts costs as much as the greatest one, s.
+/// A depth that lasts for this time costs as much again, s.
 const DEPTH_TIME: f64 = 30.0;
 
 /// A heading, from the bow, and a largest speed that are held until a time, s; then the craft goes

@@ -70,7 +70,7 @@ struct Node {
 
 struct Graph {
     nodes: Vec<Node>,
-    /// Of each pair of nodes, by [`NODES_MAX`] times the one plus the other.
+    /// An entry for each pair of nodes, at [`NODES_MAX`] times the one plus the other.
     legs: Vec<Leg>,
     /// Legs from nodes with a way to others, the one with the shortest way through it first.
     open: BinaryHeap<Reverse<(u64, usize, usize)>>,

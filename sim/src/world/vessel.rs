@@ -40,7 +40,7 @@ pub struct SimulatedVessel {
     pub id: String,
     /// Length over all, m.
     pub length: f64,
-    /// What it says that it does.
+    /// The status that it reports.
     pub status: VesselStatus,
     /// What it does.
     pub behaviour: Behaviour,

@@ -39,7 +39,7 @@ pub struct VesselFile {
     pub turn_rad: Option<Quantity<Angle>>,
     /// Time of its turn, s; 60 if left out.
     pub turns_at_s: Option<Quantity<Instant>>,
-    /// What it says that it does; `under_way` if left out.
+    /// The status that it reports; `under_way` if left out.
     #[serde(default)]
     #[schemars(with = "Option<StatusFile>")]
     pub status: VesselStatus,
