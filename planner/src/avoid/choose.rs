@@ -168,7 +168,7 @@ impl Avoider<'_> {
             *acts && other.kind == Some(EncounterKind::CrossingStandOn)
         };
         let to_port = if scene.others.iter().zip(acts).any(stands_on) { scene.tuned.side_price } else { 0.0 };
-        for until in HOLDS.map(|share| (share * past).clamp(HOLD_LEAST, scene.tuned.look_ahead)) {
+        'trials: for until in HOLDS.map(|share| (share * past).clamp(HOLD_LEAST, scene.tuned.look_ahead)) {
             for share in SPEEDS {
                 let speed = (share * limits.speed_max).max(limits.speed_min);
                 if share < 1.0 {
@@ -177,7 +177,7 @@ impl Avoider<'_> {
                 }
                 for turn in TURNS.into_iter().filter(|_| 0.0 < share) {
                     if (self.due)() {
-                        break;
+                        break 'trials;
                     }
                     for (side, price) in [(1.0, 0.0), (-1.0, to_port)] {
                         let heading = Some(wrap(to_goal + side * turn));
