@@ -122,8 +122,13 @@ impl VesselForecast {
     /// Distance to keep from that position, m: half its length, the distance to keep, and two standard
     /// deviations, which grow with its age.
     pub(crate) fn radius(&self, ahead: f64) -> f64 {
+        self.radius_of(ahead, 1.0)
+    }
+
+    /// The same with `share` of those deviations.
+    pub(crate) fn radius_of(&self, ahead: f64, share: f64) -> f64 {
         let grown = self.deviations * self.sigma.hypot(self.sigma_velocity * (self.age + ahead));
-        self.separation + grown.min(self.growth_max)
+        self.separation + share * grown.min(self.growth_max)
     }
 }
 
