@@ -179,6 +179,7 @@ fn fly(drawn: &Drawn, seed: u64, show: bool) -> Result<Outcome, Failure> {
                     heading_rad: None,
                     length_m: Some(ship.length),
                     sigma_m: Some(5.0),
+                    plan: Vec::new(),
                     status: VesselStatus::UnderWay,
                 });
             }
