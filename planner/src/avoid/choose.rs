@@ -87,7 +87,10 @@ impl Avoider<'_> {
                 continue;
             }
             let VesselForecast { position, velocity, .. } = &other.forecast;
-            let met = other.kind.unwrap_or_else(|| kind(&course, position, velocity));
+            let met = other.kind.unwrap_or_else(|| match kind(&course, position, velocity) {
+                met if met.stands_on() && other.forecast.has_plan() => EncounterKind::CrossingGiveWay,
+                met => met,
+            });
             other.kind = Some(met);
             let limits = &self.craft.limits;
             let leaves = radius / limits.speed_max + FRAC_PI_2 / limits.turn_rate_max;

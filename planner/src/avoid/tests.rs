@@ -21,6 +21,7 @@ fn vessel(id: &str, place: [f64; 2], course: f64, speed: f64) -> Vessel {
         heading_rad: None,
         length_m: Some(40.0),
         sigma_m: Some(5.0),
+        plan: Vec::new(),
         status: VesselStatus::UnderWay,
     }
 }

@@ -148,7 +148,7 @@ impl Passing {
             time: 0.0,
             distance,
             too_near: (clearance < 0.0).then_some(0.0),
-            place: other.beside(craft, 0.0),
+            place: other.beside(craft, 0.0, 0.0),
             is_wrong_side: false,
         }
     }
@@ -161,7 +161,7 @@ impl Passing {
         (time, dt): (f64, f64),
         [before, after]: [&Vector2<f64>; 2],
     ) {
-        let [from, to] = [other.beside(before, time), other.beside(after, time + dt)];
+        let [from, to] = [other.beside(before, time, time), other.beside(after, time + dt, time)];
         // Fast vessels pass between two steps.
         let chord = to - from;
         let length = chord.norm_squared();
@@ -175,7 +175,7 @@ impl Passing {
         if clearance < 0.0 && self.too_near.is_none() {
             self.too_near = Some(at);
         }
-        let speed = other.forecast.velocity.norm();
+        let speed = other.forecast.velocity_at(time).norm();
         let crosses = from.y * to.y < 0.0;
         let along = if crosses { from.x - from.y * (to.x - from.x) / (to.y - from.y) } else { 0.0 };
         let ahead = 0.0 < along && along < (AHEAD * speed).max(3.0 * other.forecast.radius(at));
@@ -189,11 +189,11 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time`, along the vessel's course and to starboard of it, m; of a vessel without
-    /// a course, in the scene's axes.
-    fn beside(&self, craft: &Vector2<f64>, time: f64) -> Vector2<f64> {
+    /// `craft` at `time`, along the vessel's course of the time `of` and to starboard of it, m; of a
+    /// vessel without a course, in the scene's axes.
+    fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
-        match self.forecast.velocity.try_normalize(SPEED_UNDER_WAY) {
+        match self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY) {
             Some(along) => Vector2::new(there.dot(&along), there.dot(&starboard_of(along))),
             None => there,
         }

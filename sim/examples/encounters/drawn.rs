@@ -147,6 +147,7 @@ pub(crate) fn hear(drawn: &Drawn, t: usize, rng: &mut ChaCha8Rng, heard: &mut [O
                 length_m: Some(ship.length),
                 sigma_m: Some(5.0),
                 status: VesselStatus::UnderWay,
+                plan: Vec::new(),
             });
         }
     }
