@@ -87,3 +87,23 @@ fn a_craft_inside_takes_the_nearest_way_out_and_the_violation_names_the_area() {
     let out = answer.trajectory[6].position();
     assert!(5.0 < out.x && out.y.abs() < 1.0, "{out}");
 }
+
+#[test]
+fn a_visit_takes_the_way_round_into_its_time() {
+    let (craft, auv) = ([-10.0, 4.0], [20.0, 3.0]);
+    let visits = serde_json::json!({ "auvs": ["a"], "costs_now": { "a": 100.0 }, "within_m": 1.0 });
+    let mut request = scene(craft, auv);
+    request.goal = Goal::Visit(serde_json::from_value(visits).expect("visits")).into();
+    let arrival = |request: &PlanRequest| {
+        let schedule = planned(request, &mut Workspace::default()).1.schedule.expect("the goal visits");
+        schedule.visits[0].arrive_s
+    };
+    let round = arrival(&request);
+    request.no_go.clear();
+    let corners = [craft, [-40.0, 15.0], [-40.0, 20.0], [5.0, 20.0], auv].map(Vector2::from);
+    let taut: f64 = corners.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
+    let straight = (Vector2::from(auv) - Vector2::from(craft)).norm();
+    // The way keeps a metre or so off each of the three corners.
+    let longer = (round - arrival(&request)) * Limits::MEDUSA.speed_max;
+    assert!((taut - straight..taut - straight + 8.0).contains(&longer), "{longer} {}", taut - straight);
+}

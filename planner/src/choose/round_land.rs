@@ -33,13 +33,12 @@ pub(super) fn led_round(
         return goal;
     }
     let limits = parameters.planned(snapshot.craft_model()).limits;
-    let longest = parameters.steps.iter().copied().fold(0.0, f64::max);
-    let clearance = parameters.keep_out_margin + sag_in_turn(longest, &limits) + BESIDE_LIMITS;
+    let clearance = clearance(snapshot, parameters);
     let search = Search { land, clearance, due: &|| stop.is_due() };
     let permitted = |time: f64| land.permitted(&goal.wanted(time).position, clearance);
     let (craft, mut times) = (snapshot.asc.position(), parameters.times());
     // A way includes its begin, not its end.
-    times.push(times[times.len() - 1] + longest);
+    times.push(times[times.len() - 1] + parameters.steps.iter().copied().fold(0.0, f64::max));
     let start = land.permitted(&craft, clearance);
     let (mut arrival, mut is_open, mut arrives) = (0.0, true, true);
     let mut places = vec![(0.0, craft)];
@@ -81,6 +80,13 @@ pub(super) fn led_round(
     let at_goal = later.map(|time| (*time, end.filter(|_| !arrives).unwrap_or_else(|| permitted(*time))));
     places.extend(at_goal.collect::<Vec<_>>());
     goal.by_way_of(Way { places, is_open })
+}
+
+/// Distance of ways from no-go areas, m.
+pub(super) fn clearance(snapshot: &Snapshot, parameters: &Parameters) -> f64 {
+    let limits = parameters.planned(snapshot.craft_model()).limits;
+    let longest = parameters.steps.iter().copied().fold(0.0, f64::max);
+    parameters.keep_out_margin + sag_in_turn(longest, &limits) + BESIDE_LIMITS
 }
 
 /// Speed over ground in the direction `along` at `speed` through water with this `current`, m/s.

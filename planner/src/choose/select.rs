@@ -7,7 +7,7 @@ use crate::{
     choose::{
         answer::{Baseline, GoalPoint, Method, Plan, PlannedTarget},
         beside,
-        round_land::led_round,
+        round_land::{clearance, led_round},
     },
     craft::{
         estimate::CraftEstimate,
@@ -158,6 +158,7 @@ pub fn scheduled_goal(
         speed: planned.speed_max,
         turn_rate: planned.turn_rate_max,
         report_age_max: parameters.report_age_max,
+        clearance: clearance(snapshot, parameters),
         due: &|| stop.is_due(),
     };
     let scheduled = scheduler.schedule(snapshot, &auvs);

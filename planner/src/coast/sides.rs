@@ -101,6 +101,18 @@ impl Sides {
         self.visit(|bounds| bounds.gap(&segment) <= clearance, near).is_break()
     }
 
+    /// Distance of the segment from the nearest side, m, or `most` if that is less.
+    pub(crate) fn gap(&self, (from, to): (&Vector2<f64>, &Vector2<f64>), most: f64) -> f64 {
+        let (segment, within) = (Bounds::of(from, to), Cell::new(most));
+        let look = |side: &Side| {
+            let gap = Gap::between((from, to), (&side.from, &side.to)).distance;
+            within.set(within.get().min(gap));
+            ControlFlow::<()>::Continue(())
+        };
+        let _ = self.visit(|bounds| bounds.gap(&segment) < within.get(), look);
+        within.get()
+    }
+
     /// The nearest place to `point` on a side that `counts`, and its distance, if within `most`, m.
     pub(crate) fn nearest(
         &self,

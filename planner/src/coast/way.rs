@@ -101,6 +101,15 @@ impl Search<'_> {
         from.lerp(to, open)
     }
 
+    /// How much longer the way from `from` to `to` is than the straight line, m; 0 without a way.
+    pub(crate) fn detour(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> f64 {
+        let (from, to) = (self.land.permitted(from, self.clearance), self.land.permitted(to, self.clearance));
+        let way = if self.is_clear(&from, &to) { None } else { self.way(&from, &to) };
+        let way = way.filter(|way| way.last() == Some(&to));
+        let length = |way: Vec<Vector2<f64>>| way.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum::<f64>();
+        way.map_or(0.0, |way| length(way) - (to - from).norm())
+    }
+
     /// Corners of the shortest way found from `from` to `to`, with both; none if there is none. Among
     /// so many borders that the search gives up, the way to the nearest corner to `to` that it found.
     ///

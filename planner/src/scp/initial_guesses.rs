@@ -1,6 +1,7 @@
 //! Initial guesses: trajectories about which the first SCP iteration is linearised. A convex
 //! subproblem finds the best trajectory on the guess's side of a disc or turn only.
 
+use crate::coast::land::Land;
 use crate::craft::response::{Stage, Surge};
 use crate::facts::angle::{Heading, angle_of, wrap};
 use crate::facts::asc::AscNow;
@@ -44,7 +45,9 @@ impl Horizon<'_> {
         if Wall::is_across(discs, los) || Wall::is_across(discs, &direct) {
             guesses.extend(Side::BOTH.map(|side| self.around_walls(side)));
         }
-        if self.turns_to_either_side(los) {
+        if self.is_hemmed_in() {
+            guesses.extend(Side::BOTH.map(|side| self.turning_slowly(side)));
+        } else if self.turns_to_either_side(los) {
             for side in Side::BOTH {
                 add(discs, self.turning(side), &mut guesses);
             }
@@ -108,6 +111,33 @@ impl Horizon<'_> {
                 return Reference { heading: Heading::new(aside), ..reference };
             }
             reference
+        })
+    }
+
+    /// `true` if land is nearer than the widest turn, so that the craft may have to turn slowly.
+    fn is_hemmed_in(&self) -> bool {
+        let limits = &self.craft.limits;
+        let turn = 2.0 * limits.speed_max / limits.turn_rate_max;
+        let near = |land: &Land| land.sides.nearest(&self.snapshot.asc.position(), turn, |_| true).is_some();
+        self.forecast.is_by_way() && self.land_near().is_some_and(near)
+    }
+
+    /// At least speed until the bow is where the goal moves, with the turn to that side, then by line of
+    /// sight.
+    fn turning_slowly(&self, side: Side) -> Vec<Stage> {
+        let speed_min = self.snapshot.limits().speed_min;
+        self.guess(|_, target, asc, los| {
+            let course =
+                target.velocity.try_normalize(f64::EPSILON).map_or(los.heading.radians(), |to| angle_of(&to));
+            let turn = wrap(course - asc.heading.radians());
+            let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
+            if turn.abs() < TURN_WORTH_FORCING {
+                los
+            } else if turn * side.sign() < 0.0 {
+                Reference { speed: speed_min, heading: Heading::new(aside) }
+            } else {
+                Reference { speed: speed_min, heading: Heading::new(course) }
+            }
         })
     }
 

@@ -73,7 +73,7 @@ impl Scp<'_> {
     /// The best result from the previous plan's trajectory and, if needed, from new guesses.
     ///
     /// New guesses are needed without a previous plan, if its trajectory is worse than line of
-    /// sight, and while the iterations still turn: if the goal changes, two iterations cannot leave
+    /// sight or leads into a no-go area, and while the iterations still turn: if the goal changes, two iterations cannot leave
     /// a cone that points elsewhere.
     pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
         let horizon = self.horizon;
@@ -82,7 +82,9 @@ impl Scp<'_> {
         };
         let previous = horizon.stages_along(previous);
         let first = self.iterate(previous.clone());
-        let others = if first.converged && first.cost() <= los_cost + NEGLIGIBLE_COST {
+        let is_ashore = first.candidate.iter().flat_map(|candidate| candidate.violations).flatten();
+        let is_ashore = is_ashore.into_iter().any(|violation| violation.limit == SoftLimit::NoGo);
+        let others = if first.converged && !is_ashore && first.cost() <= los_cost + NEGLIGIBLE_COST {
             horizon.guesses_beside_plan(&previous)
         } else {
             horizon.guesses_without_plan(&los.stages)

@@ -46,6 +46,10 @@ const NOTICEABLE: f64 = 1e-3;
 /// Worst noticeable violation of each of several soft limits.
 pub(crate) type Violations<const N: usize> = [Option<Violation>; N];
 
+/// Distance from a no-go area that costs as much as to be in it, m: the rest of the program's margin is
+/// for a rollout's error. Otherwise a previous plan that cuts a corner ever closer would cost least.
+const SHORE_KEPT: f64 = 0.3;
+
 /// Violation of a limit of position, m, and its subject.
 type Excess = (f64, Option<Subject>);
 
@@ -71,7 +75,7 @@ pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, C
 }
 
 /// Priced limits of position.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 enum Limit {
     /// Ranges of the AUVs that the goal names.
     NamedRange,
@@ -121,12 +125,15 @@ impl Pricing<'_> {
     fn add<const N: usize>(&mut self, limits: [Limit; N], slack_price: (f64, f64)) -> Violations<N> {
         let (linear, quadratic) = slack_price;
         let mut broken: Violations<N> = [None; N];
+        let mut from = self.rollout.stages[0].position;
         for interval in self.rollout.waypoints.chunk_by(|a, b| a.stage == b.stage) {
             let mut slack: f64 = 0.0;
             for (limit, worst) in limits.into_iter().zip(&mut broken) {
                 let excesses = interval.iter().map(|place| excess(self.horizon, limit, place));
                 let (amount, pointer) = most(excesses);
-                slack = slack.max(amount);
+                let near_shore =
+                    if limit == Limit::NoGo { shore_excess(self.horizon, from, interval) } else { 0.0 };
+                slack = slack.max(amount).max(near_shore);
                 if NOTICEABLE < amount && worst.is_none_or(|worst| worst.amount < amount) {
                     let limit = limit.broken();
                     *worst = Some(Violation {
@@ -139,6 +146,7 @@ impl Pricing<'_> {
                 }
             }
             *self.cost += slack * (linear + quadratic * slack);
+            from = interval[interval.len() - 1].position;
         }
         broken
     }
@@ -177,6 +185,18 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
             land.map_or((0.0, None), |(area, depth)| (depth, Some(Subject::NoGo(area))))
         }
     }
+}
+
+/// How much nearer than [`SHORE_KEPT`] the line through `places` from `from` comes to a no-go area, m.
+fn shore_excess(horizon: &Horizon<'_>, mut from: Vector2<f64>, places: &[Waypoint]) -> f64 {
+    let Some(land) = horizon.land_near() else { return 0.0 };
+    let excess = |place: &Waypoint| {
+        let ends = [std::mem::replace(&mut from, place.position), place.position];
+        let [a, b] = ends.map(|end| horizon.frame.ned_position(&end));
+        let depth = land.inside(&b).map_or(0.0, |(_, depth)| SHORE_KEPT + depth);
+        depth.max(SHORE_KEPT - land.sides.gap((&a, &b), SHORE_KEPT))
+    };
+    places.iter().map(excess).fold(0.0, f64::max)
 }
 
 /// The first of the largest above 0.

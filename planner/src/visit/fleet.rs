@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::coast::way::Search;
 use crate::estimate::legs::PastWork;
 use crate::facts::angle::ned_from_body;
 use crate::facts::visit::{Reduce, VisitCost, Visits};
@@ -11,6 +12,9 @@ use crate::snapshot::build::Snapshot;
 use crate::tuned::VisitNumbers;
 use crate::visit::depth::DepthAhead;
 use crate::visit::intercept::{Craft, SampledTrack};
+
+/// Most ways round no-go areas that are searched for a schedule: between all pairs of eight AUVs.
+const WAYS_MAX: usize = 36;
 
 /// Parameters of the scheduling.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +63,9 @@ pub(crate) struct Candidate {
     pub(crate) deadline: Option<f64>,
     /// Least slant range at which it can be served, m.
     pub(crate) shallowest: f64,
+    /// Detours to it round no-go areas, m: from the craft, and from each AUV of the snapshot. Empty
+    /// without such areas.
+    pub(crate) detours: Vec<f64>,
 }
 
 /// The scheduling problem.
@@ -107,6 +114,7 @@ impl Fleet {
         (forecasts, depths): (&[AuvForecast], &[DepthAhead]),
         (speed, turn_rate): (f64, f64),
         parameters: &SchedulingParameters,
+        ways: &Search<'_>,
     ) -> Self {
         let craft_from_ned = ned_from_body(snapshot.asc.heading().radians()).transpose();
         let here = snapshot.asc.position();
@@ -136,6 +144,7 @@ impl Fleet {
                 cost: member.cost,
                 deadline: member.deadline.filter(|deadline| *deadline < horizon),
                 shallowest: track.shallowest(),
+                detours: Vec::new(),
                 track,
             }
         };
@@ -154,19 +163,46 @@ impl Fleet {
             deadline_price: 0.0,
             out_of_reach: Vec::new(),
         };
+        if !ways.land.is_empty() {
+            fleet.find_detours(here, |auv| forecasts[auv].at(0.0).position, forecasts.len(), ways);
+        }
         fleet.drop_unreachable();
         fleet.deadline_price = parameters.deadline_price * fleet.without_visits();
         fleet
     }
 
+    /// The detours from the craft, `here`, to all candidates, then between these, which are `at` their
+    /// present places; the first [`WAYS_MAX`] of them.
+    fn find_detours(
+        &mut self,
+        here: Vector2<f64>,
+        at: impl Fn(usize) -> Vector2<f64>,
+        n: usize,
+        ways: &Search<'_>,
+    ) {
+        let auvs: Vec<usize> = self.candidates.iter().map(|candidate| candidate.auv).collect();
+        for candidate in &mut self.candidates {
+            candidate.detours = vec![0.0; n + 1];
+        }
+        let from_craft = (0..auvs.len()).map(|to| (None, to));
+        let between = (0..auvs.len()).flat_map(|to| (0..to).map(move |from| (Some(from), to)));
+        for (from, to) in from_craft.chain(between).take(WAYS_MAX) {
+            let begin = from.map_or(here, |from| at(auvs[from]));
+            let detour = ways.detour(&begin, &at(auvs[to]));
+            self.candidates[to].detours[from.map_or(0, |from| auvs[from] + 1)] = detour;
+            if let Some(from) = from {
+                self.candidates[from].detours[auvs[to] + 1] = detour;
+            }
+        }
+    }
+
     /// Drops the candidates out of reach and normalises the shares of the others.
     fn drop_unreachable(&mut self) {
-        let from = self.departure(&self.start());
-        let reached = |candidate: &Candidate| {
-            let arrival = self.craft.arrive(&candidate.track, &from, self.within, self.horizon);
-            arrival.is_some()
-        };
-        let (candidates, others): (Vec<_>, Vec<_>) = self.candidates.iter().cloned().partition(reached);
+        let start = self.start();
+        let (reached, out): (Vec<_>, Vec<_>) =
+            (0..self.candidates.len()).partition(|to| self.arrive(&start, *to).is_some());
+        let [candidates, others] = [reached, out]
+            .map(|places| places.iter().map(|i| self.candidates[*i].clone()).collect::<Vec<_>>());
         self.out_of_reach = others.iter().map(|candidate| candidate.auv).collect();
         let sum: f64 = candidates.iter().map(|candidate| candidate.share).sum();
         self.candidates = candidates;

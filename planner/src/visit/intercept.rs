@@ -143,6 +143,8 @@ pub(crate) struct Departure {
     pub(crate) position: Vector2<f64>,
     /// Heading, rad, in the craft's present frame.
     pub(crate) heading: f64,
+    /// Length of the way round no-go areas beyond the straight line's, m.
+    pub(crate) detour: f64,
 }
 
 /// The craft at arrival.
@@ -169,7 +171,8 @@ impl Craft {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
-    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point.
+    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point, and
+    /// sails a detour.
     pub(crate) fn arrive(
         &self,
         track: &SampledTrack,
@@ -183,7 +186,8 @@ impl Craft {
             return Some(Arrival { time: from.time, heading: from.heading, turning: 0.0 });
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
-        let time = self.reach_after(track, from, (direct, turning), within, end)?;
+        let later = turning + from.detour / self.speed;
+        let time = self.reach_after(track, from, (direct, later), within, end)?;
         let heading = bearing(time);
         Some(Arrival { time, heading, turning: turning.min(time - from.time) })
     }
@@ -264,7 +268,8 @@ mod tests {
         Craft { speed: 1.5, turn_rate: 0.17, current }
     }
 
-    const HERE: Departure = Departure { time: 0.0, position: Vector2::new(0.0, 0.0), heading: 0.0 };
+    const HERE: Departure =
+        Departure { time: 0.0, position: Vector2::new(0.0, 0.0), heading: 0.0, detour: 0.0 };
 
     /// The earliest time, in steps of 0.05 s, at which a constant heading is near enough.
     fn scanned(craft: &Craft, auv: &AuvForecast, turns: bool) -> Option<f64> {

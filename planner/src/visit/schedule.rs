@@ -1,5 +1,6 @@
 //! The selected schedule: the best over all first AUVs, unless the previous one is almost as good.
 
+use crate::coast::way::Search;
 use crate::facts::auv::VehicleId;
 use crate::facts::goal::Goal;
 use crate::facts::schedule::LeftOut;
@@ -22,6 +23,8 @@ pub(crate) struct Scheduler<'a> {
     pub(crate) turn_rate: f64,
     /// Largest age of the last report of a visited AUV, s.
     pub(crate) report_age_max: f64,
+    /// Distance of ways from no-go areas, m.
+    pub(crate) clearance: f64,
     /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
@@ -92,7 +95,8 @@ impl Scheduler<'_> {
             })
             .collect();
         let craft = (self.speed, self.turn_rate);
-        Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters)
+        let ways = Search { land: snapshot.land(), clearance: self.clearance, due: self.due };
+        Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters, &ways)
     }
 
     /// The best schedule for each possible first candidate.

@@ -253,8 +253,7 @@ impl Search<'_> {
     fn arrival(&self, state: &CostState, to: usize) -> Option<(f64, CostState)> {
         self.work.set(self.work.get() + 1);
         let fleet = self.fleet;
-        let (track, from) = (&fleet.candidates[to].track, fleet.departure(state));
-        let arrival = fleet.craft.arrive(track, &from, fleet.within, fleet.horizon)?;
+        let arrival = fleet.arrive(state, to)?;
         Some((arrival.time, fleet.travelled(state, to, arrival)))
     }
 

@@ -82,7 +82,16 @@ impl Fleet {
             time: state.time,
             position: with.unwrap_or_else(Vector2::zeros) + state.offset,
             heading: state.heading,
+            detour: 0.0,
         }
+    }
+
+    /// The craft's earliest arrival at `to` after `state`.
+    pub(crate) fn arrive(&self, state: &CostState, to: usize) -> Option<Arrival> {
+        let (candidate, from) = (&self.candidates[to], self.departure(state));
+        let before = state.with.map_or(0, |with| self.candidates[with].auv + 1);
+        let detour = candidate.detours.get(before).copied().unwrap_or(0.0);
+        self.craft.arrive(&candidate.track, &Departure { detour, ..from }, self.within, self.horizon)
     }
 
     /// The state after the leg to `to` with this arrival.
@@ -106,8 +115,7 @@ impl Fleet {
     /// `true` if the craft surely passes candidate `who` in the turn towards `to`.
     pub(crate) fn turns_past(&self, who: usize, to: usize) -> bool {
         let mut state = self.start();
-        let (track, from) = (&self.candidates[to].track, self.departure(&state));
-        let arrival = self.craft.arrive(track, &from, self.within, self.horizon);
+        let arrival = self.arrive(&state, to);
         arrival.is_some_and(|arrival| {
             self.turn(&mut state, arrival);
             let unserved = self.law.unserved(self.candidates[who].cost, state.time);

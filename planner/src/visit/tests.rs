@@ -17,6 +17,7 @@ use super::depth::depths_ahead;
 use super::fleet::{Fleet, SchedulingParameters};
 use super::schedule::Scheduler;
 use super::state::CostState;
+use crate::coast::way::Search;
 use crate::facts::schedule::{CostUnit, LeftOut, Schedule, ServedVehicle};
 use crate::facts::visit::{Fixes, Reduce, VisitCost, Visits};
 use crate::predict::goal::forecast_all;
@@ -112,8 +113,14 @@ fn next(request: &PlanRequest) -> VehicleId {
 
 fn scheduled_with(request: &PlanRequest, parameters: &SchedulingParameters) -> Schedule {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let scheduler =
-        Scheduler { parameters, speed: SPEED, turn_rate: TURN_RATE, report_age_max: AGE_MAX, due: &|| false };
+    let scheduler = Scheduler {
+        parameters,
+        speed: SPEED,
+        turn_rate: TURN_RATE,
+        report_age_max: AGE_MAX,
+        clearance: 1.3,
+        due: &|| false,
+    };
     let scheduled = scheduler.schedule(&snapshot, &forecast_all(&snapshot));
     scheduled.expect("the goal visits").schedule
 }
@@ -149,7 +156,8 @@ fn fleet(request: &PlanRequest, horizon: f64) -> Fleet {
     let forecasts = forecast_all(&snapshot);
     let depths = depths_ahead(&snapshot, &forecasts);
     let craft = (SPEED, TURN_RATE);
-    Fleet::new(&snapshot, visits, &members, (&forecasts, &depths), craft, &parameters)
+    let ways = Search { land: snapshot.land(), clearance: 1.3, due: &|| false };
+    Fleet::new(&snapshot, visits, &members, (&forecasts, &depths), craft, &parameters, &ways)
 }
 
 /// A horizon short enough for enumeration, as variances allow visits of several lengths.
