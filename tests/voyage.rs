@@ -26,6 +26,7 @@ mod checker;
 mod database;
 mod faults;
 mod host;
+mod moos;
 mod operator;
 mod planners;
 mod sea;
@@ -67,6 +68,18 @@ pub struct Course {
     pub is_shared: Option<bool>,
     /// `true`: the bridge may not move the boat, which with an odd seed is guided and armed.
     pub is_dry: bool,
+    /// What the boat speaks.
+    pub wire: Wire,
+}
+
+/// A wire to a boat.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wire {
+    /// A stream that may be damaged.
+    #[default]
+    Mavlink,
+    /// A connection to a MOOSDB, which may be cut or delayed.
+    Moos,
 }
 
 /// Result of a voyage.

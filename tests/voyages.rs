@@ -5,7 +5,7 @@
 use std::{collections::BTreeMap, process::ExitCode, time::Instant};
 
 use clap::Parser;
-use tests::voyage::{self, Course, Kind, Voyage, sail, sail_all};
+use tests::voyage::{self, Course, Kind, Voyage, Wire, sail, sail_all};
 
 #[derive(Debug, Parser)]
 struct Arguments {
@@ -24,6 +24,9 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
+    /// The boat has a MOOSDB.
+    #[arg(long)]
+    moos: bool,
     /// Displays after each fault, a line of JSON a look, for `tests/browser/shown.mjs`.
     #[arg(long)]
     shown: bool,
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
         duration_s: arguments.duration,
         is_nominal: arguments.nominal,
         is_shared: arguments.shared,
+        wire: if arguments.moos { Wire::Moos } else { Wire::Mavlink },
         ..Course::default()
     };
     if arguments.shown {

@@ -14,7 +14,7 @@ use rand::{Rng as _, RngExt as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use super::{CLEAR_S, World, faults::Kind, lock, planners, rng};
+use super::{CLEAR_S, Wire, World, faults::Kind, lock, moos, planners, rng};
 use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
 
 /// System number of the AUV.
@@ -79,8 +79,9 @@ struct State {
     heartbeat_s: f64,
     /// Bytes for the boat, and their times of arrival, s.
     to_boat: Vec<(f64, Vec<u8>)>,
-    /// Input of the bridge, while there is one.
+    /// Input of the bridge, while there is one, and whether its connection is new.
     input: Option<Input>,
+    is_opened: bool,
     /// The reported position of the boat, while it is frozen.
     frozen: Option<Vector2<f64>>,
     /// Knowledge of the bridge, for claims.
@@ -121,7 +122,8 @@ fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
         let (mut boat, stops, is_noisy) = hull_and_stops(seed);
-        if world.course.is_dry && seed % 2 == 1 {
+        let is_moos = world.course.wire == Wire::Moos;
+        if is_moos || world.course.is_dry && seed % 2 == 1 {
             (boat.mode, boat.is_armed) = (GUIDED, true);
         }
         let mut rng = rng(seed, 4);
@@ -147,6 +149,7 @@ impl Sea {
                 heartbeat_s: f64::NEG_INFINITY,
                 to_boat: vec![],
                 input: None,
+                is_opened: false,
                 frozen: None,
                 known: Known::default(),
             }),
@@ -166,7 +169,8 @@ impl Sea {
     }
 
     pub(super) fn connect(&self, input: Input) {
-        lock(&self.state).input = Some(input);
+        let mut state = lock(&self.state);
+        (state.input, state.is_opened) = (Some(input), self.world.course.wire == Wire::Moos);
     }
 
     pub(super) fn disconnect(&self) {
@@ -241,7 +245,7 @@ impl Sea {
             !is_due
         });
         for (_, bytes) in arrived {
-            for message in messages(&bytes) {
+            for message in self.messages(&bytes) {
                 state.boat.take(&message, t_s, &mut answers);
             }
         }
@@ -265,7 +269,13 @@ impl Sea {
         said.append(&mut answers);
         let is_heartbeat = |message: &MavMessage| matches!(message, MavMessage::HEARTBEAT(_));
         let heartbeat = said.iter().any(is_heartbeat);
-        let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
+        let unix_s = self.world.aboard.unix_s();
+        let is_moos = self.world.course.wire == Wire::Moos;
+        let mut bytes: Vec<u8> = if is_moos {
+            moos::written(&shown, &said, unix_s)
+        } else {
+            said.iter().flat_map(|message| frame(SYSTEM, message)).collect()
+        };
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
             let is_lost = self.world.course.is_nominal && state.rng.random_bool(LOST_FIXES);
@@ -275,7 +285,12 @@ impl Sea {
                 if state.is_noisy && self.world.course.is_nominal {
                     position += normal(&mut state.rng) * SIGMA_M;
                 }
-                bytes.extend(frame(u32::from(AUV), &place(&position, &velocity, None)));
+                let place = place(&position, &velocity, None);
+                bytes.extend(if is_moos {
+                    moos::node_report("auv-1", &place, unix_s)
+                } else {
+                    frame(u32::from(AUV), &place)
+                });
             }
         }
         state.step += 1;
@@ -310,7 +325,10 @@ impl Sea {
             let what = format!("boat at {north:.2}, {east:.2} m, {speed:.2} m/s, mode {mode}, armed {armed}");
             self.world.note("sea", what);
         }
-        let pieces = carried(bytes, is_bad, is_cut, &mut state.rng);
+        let mut pieces = carried(bytes, is_bad, is_cut, self.world.course.wire, &mut state.rng);
+        if !is_cut && std::mem::take(&mut state.is_opened) {
+            pieces.insert(0, (0.0, vec![]));
+        }
         (state.input.clone(), pieces)
     }
 
@@ -318,7 +336,9 @@ impl Sea {
     pub(super) fn take(&self, bytes: &[u8]) {
         let t_s = self.world.t_s();
         let mut state = lock(&self.state);
-        for message in messages(bytes) {
+        // The bridge closes the connection.
+        state.is_opened |= bytes.is_empty();
+        for message in self.messages(bytes) {
             match message {
                 MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
                     let speed = f64::from(target.vx.hypot(target.vy));
@@ -347,8 +367,24 @@ impl Sea {
             (now.has(Kind::BadWire), now.has(Kind::WireCut))
         };
         let state = &mut *state;
-        let pieces = carried(bytes.to_vec(), is_bad, is_cut, &mut state.rng);
+        let wire = self.world.course.wire;
+        // The stand-in of a database reads whole packets.
+        let is_bad = is_bad && wire == Wire::Mavlink;
+        let pieces = carried(bytes.to_vec(), is_bad, is_cut, wire, &mut state.rng);
         state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
+    }
+
+    /// The whole messages in `bytes`.
+    fn messages(&self, bytes: &[u8]) -> Vec<MavMessage> {
+        if self.world.course.wire == Wire::Moos {
+            return moos::messages(bytes);
+        }
+        let mut reader = MavlinkReader::new(bytes);
+        let mut all = vec![];
+        while let Ok((_, message)) = reader.read_any_message::<MavMessage>() {
+            all.push(message);
+        }
+        all
     }
 
     fn check_reference(&self, t_s: f64, speed: f64, heading: f64, state: &mut State) {
@@ -447,23 +483,28 @@ fn is_order(command: MavCmd) -> bool {
     matches!(command, MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM)
 }
 
-/// The whole messages in `bytes`.
-fn messages(bytes: &[u8]) -> Vec<MavMessage> {
-    let mut reader = MavlinkReader::new(bytes);
-    let mut all = vec![];
-    while let Ok((_, message)) = reader.read_any_message::<MavMessage>() {
-        all.push(message);
-    }
-    all
-}
-
 /// The pieces of `bytes` after the wire, with their delays, s.
-fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng) -> Vec<(f64, Vec<u8>)> {
+fn carried(
+    mut bytes: Vec<u8>,
+    is_bad: bool,
+    is_cut: bool,
+    wire: Wire,
+    rng: &mut ChaCha8Rng,
+) -> Vec<(f64, Vec<u8>)> {
     if is_cut || bytes.is_empty() {
         return vec![];
     }
     if !is_bad {
         return vec![(0.0, bytes)];
+    }
+    if wire == Wire::Moos {
+        // TCP loses and damages nothing, and a packet may come in pieces.
+        let rest = bytes.split_off(rng.random_range(0..bytes.len()));
+        return [bytes, rest]
+            .into_iter()
+            .filter(|piece| !piece.is_empty())
+            .map(|piece| (0.0, piece))
+            .collect();
     }
     if rng.random_bool(0.2) {
         return vec![];

@@ -226,7 +226,7 @@ impl Bridge {
                 requested_s = now;
                 // Some wires answer only after a first message.
                 if self.met_s.is_none() {
-                    self.autopilot.send_heartbeat();
+                    self.autopilot.send_heartbeat(now);
                 }
                 self.autopilot.request(&self.telemetry.parameters);
             }
@@ -239,7 +239,7 @@ impl Bridge {
         if let MissionChoice::Named { body, .. } = &mut mission {
             let live = &mut body["live"];
             if needs_origin(live)
-                && let Some(origin) = self.settled_position().await
+                && let Some(origin) = self.origin().await
             {
                 let Origin { lat_deg, lon_deg } = origin;
                 tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
@@ -264,8 +264,12 @@ impl Bridge {
         self.log.mission = Some(link);
     }
 
-    /// Waits for the origin of a new mission; `None` if positions do not agree in time.
-    async fn settled_position(&mut self) -> Option<Origin> {
+    /// The origin of a new mission: the wire's, or one for which it waits; `None` if positions do not
+    /// agree in time.
+    async fn origin(&mut self) -> Option<Origin> {
+        if let Some(datum) = self.autopilot.datum() {
+            return Some(datum);
+        }
         let end = self.clock().now() + ORIGIN_WAIT;
         loop {
             let settled = self.telemetry.settled_position(self.now_s());
@@ -358,6 +362,9 @@ impl Bridge {
         if self.reporting.takes_line(now, steering.as_ref()) {
             log_lines(&self.facts(link).line(steering.as_ref()));
         }
+        if let Some(steering) = &steering {
+            self.autopilot.show(now, &steering.to_string(), link);
+        }
         let mission = self.log.mission.as_ref();
         self.reporting.tell(now, steering, mission, &mut self.autopilot);
     }
@@ -395,7 +402,7 @@ impl Bridge {
     }
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
-        self.autopilot.send_heartbeat();
+        self.autopilot.send_heartbeat(self.now_s());
         if second.is_multiple_of(REQUEST_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);
@@ -414,9 +421,10 @@ impl Bridge {
 
     /// Tells the ground station that the bridge ends, and the reason.
     fn tell_end(&mut self, state: SteeringState, cause: &str) {
-        let cause = cause.to_owned();
+        let steering = Steering { state, cause: cause.to_owned() };
         if !self.settings.dry_run {
-            send_texts(&Steering { state, cause }, &mut self.autopilot);
+            self.autopilot.show(self.now_s(), &steering.to_string(), &LinkStatus::default());
+            send_texts(&steering, &mut self.autopilot);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
+//! bytes ─ mavlink, nmea, acoustics, moos → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
 //! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←─┘
 //! ```
 //!
@@ -28,6 +28,7 @@ mod measurement;
 pub mod mission_client;
 pub mod mission_link;
 mod mission_setup;
+pub mod moos;
 pub mod nmea;
 mod output_limiter;
 mod plan;

@@ -6,7 +6,7 @@ use planner::angle::{angle_of, wrap};
 
 use crate::MeasuredState;
 use crate::follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes};
-use crate::mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence};
+use crate::mavlink::{Autopilot, Control, HEARTBEAT_AGE_MAX_S, Silence};
 use crate::plan::speed_to;
 
 /// Result of a check.
@@ -93,7 +93,9 @@ fn autopilot(bridge: &Bridge) -> Finding {
         Control::Unreported => warns(
             "this wire reports no mode: check yourself that the autopilot follows references, and how to take over",
         ),
-        Control::Reported(None) => fails("no heartbeat: check --connect, the baud rate and the cable"),
+        Control::Reported(None) => {
+            fails("no heartbeat: check --connect, the baud rate and the cable, or that the helm runs")
+        }
         Control::Reported(Some((_, age))) if age > HEARTBEAT_AGE_MAX_S => {
             fails(format!("no heartbeat for {age:.0} s"))
         }
@@ -110,7 +112,9 @@ fn autopilot(bridge: &Bridge) -> Finding {
 }
 
 fn parameters(bridge: &Bridge) -> Finding {
-    if bridge.control() == Control::Unreported {
+    let is_helm =
+        matches!(bridge.control(), Control::Reported(Some((heard, _))) if heard.autopilot == Autopilot::Helm);
+    if is_helm || bridge.control() == Control::Unreported {
         return warns("this wire carries none: set limits and craft in --setup");
     }
     let contradictions = bridge.contradictions();

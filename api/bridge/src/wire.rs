@@ -9,7 +9,7 @@
 )]
 
 use std::io::{self, Read as _, Write as _};
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
+use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -83,6 +83,7 @@ impl fmt::Display for Endpoint {
 #[derive(Clone, Debug)]
 pub(crate) struct Received {
     pub(crate) wire: usize,
+    /// Its bytes; none of a stream that has just been opened.
     pub(crate) bytes: Vec<u8>,
     /// `true` for a datagram, `false` for a piece of a stream.
     pub(crate) is_datagram: bool,
@@ -105,12 +106,18 @@ impl Input {
         self.received.send(piece).await.is_ok()
     }
 
+    /// Tells that a stream was opened. Returns `false` once the bridge is gone.
+    fn opened(&self) -> bool {
+        self.received.blocking_send(self.piece(vec![], false)).is_ok()
+    }
+
     pub(crate) fn piece(&self, bytes: Vec<u8>, is_datagram: bool) -> Received {
         Received { wire: self.wire, bytes, is_datagram, at: self.clock.now() }
     }
 }
 
-/// Takes the bytes for one wire. A failure is only logged: the next message follows soon.
+/// Takes the bytes for one wire. A failure is only logged: the next message follows soon. No bytes
+/// ask to close a connection, which is then opened again.
 pub type Output = Box<dyn FnMut(&[u8]) + Send>;
 
 /// Time between two attempts to open.
@@ -148,6 +155,9 @@ fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<OpenWire>>, input: &Input)
                 was_open = true;
                 let again = line.clone();
                 keep(Some(line));
+                if matches!(again, OpenWire::Tcp(_)) && !input.opened() {
+                    return;
+                }
                 let broken = read(again, kept, input);
                 keep(None);
                 match broken {
@@ -261,6 +271,7 @@ impl OpenWire {
                 let sent = peers.iter().map(|peer| socket.send_to(bytes, peer).map(drop));
                 sent.reduce(Result::or).unwrap_or(Ok(()))
             }
+            Self::Tcp(stream) if bytes.is_empty() => stream.shutdown(Shutdown::Both),
             Self::Tcp(stream) => stream.as_ref().write_all(bytes),
             Self::Serial(port) => port.write_all(bytes),
         }
@@ -378,18 +389,23 @@ mod tests {
     }
 
     #[test]
-    fn a_connecting_wire_carries_bytes_both_ways() {
+    fn a_connecting_wire_carries_bytes_both_ways_and_closes_when_asked_to() {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("is bound");
         let (input, mut pieces) = input();
         let mut send = open(&Endpoint::Tcp(address.to_string()), input);
         let (mut craft, _) = listener.accept().expect("connects");
         craft.write_all(b"hello").expect("is sent");
-        let heard = pieces.blocking_recv().expect("is read");
-        assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, &b"hello"[..], false));
+        // It tells that it is open.
+        for expected in [&b""[..], b"hello"] {
+            let heard = pieces.blocking_recv().expect("is read");
+            assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, expected, false));
+        }
         send(b"aye");
-        let mut answer = [0; 3];
-        craft.read_exact(&mut answer).expect("is answered");
-        assert_eq!(&answer, b"aye");
+        // It is asked to close.
+        send(b"");
+        let mut answer = vec![];
+        craft.read_to_end(&mut answer).expect("is answered");
+        assert_eq!(answer, b"aye");
     }
 }

@@ -11,6 +11,7 @@ use bridge::autopilot_link::AutopilotSettings;
 use bridge::follow::{Bridge as Follower, Settings};
 use bridge::mission_client::{MissionClient, TokenFile, Transport};
 use bridge::mission_link::MissionChoice;
+use bridge::moos::datum_of;
 use bridge::preflight::{Verdict, checks};
 use bridge::wire::{self, Endpoint, InvalidEndpoint};
 use clap::{Args, Subcommand, ValueEnum, value_parser};
@@ -50,12 +51,41 @@ pub(crate) enum Bridge {
         #[command(flatten)]
         rest: Following,
     },
+    /// A MOOSDB with the IvP helm, which two behaviours let follow the plan (docs/at-sea.md).
+    Moos {
+        #[command(flatten)]
+        database: Database,
+        #[command(flatten)]
+        rest: Following,
+    },
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Preflight {
+    #[command(subcommand)]
+    other: Option<OtherPreflight>,
     #[command(flatten)]
-    autopilot: Autopilot,
+    autopilot: Option<Autopilot>,
+    #[command(flatten)]
+    rest: Look,
+}
+
+/// A craft without MAVLink.
+#[derive(Debug, Subcommand)]
+enum OtherPreflight {
+    /// A MOOSDB with the IvP helm.
+    Moos {
+        #[command(flatten)]
+        database: Database,
+        #[command(flatten)]
+        rest: Look,
+    },
+}
+
+/// Listening to a craft, and planning for it.
+#[derive(Debug, Args)]
+struct Look {
     #[command(flatten)]
     sensors: Sensors,
     #[command(flatten)]
@@ -77,6 +107,24 @@ pub(crate) struct Autopilot {
     /// An AUV that speaks MAVLink as system N; may be repeated.
     #[arg(long, value_name = "N=NAME", value_parser = named_system)]
     auv: Vec<(u8, String)>,
+}
+
+/// The MOOSDB of a craft.
+#[derive(Debug, Args)]
+pub(crate) struct Database {
+    /// The database.
+    #[arg(long, value_name = "WIRE", default_value = "tcp:localhost:9000")]
+    connect: Endpoint,
+    /// The craft's mission file with its macros expanded, for LatOrigin and LongOrigin.
+    #[arg(long, value_name = "FILE")]
+    moos_file: Option<PathBuf>,
+    /// An AUV, by its name in node reports; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    auv: Vec<String>,
+    /// Write DESIRED_HEADING and DESIRED_SPEED instead, for a craft without helm. Nothing then
+    /// arbitrates, and nothing stops the craft but its controller.
+    #[arg(long)]
+    desired: bool,
 }
 
 /// Following a mission, with any autopilot.
@@ -201,6 +249,7 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
             (autopilot.link(), auvs, rest, take_control)
         }
         Bridge::Nmea { connect, rest } => (AutopilotSettings::Nmea { connect }, vec![], rest, false),
+        Bridge::Moos { database, rest } => (database.link()?, database.auv, rest, false),
     };
     let (sensors, names) = following.sensors.open()?;
     let mission = following.mission.mission([auvs, names].concat())?;
@@ -232,13 +281,18 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
 }
 
 async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
-    let (sensors, names) = arguments.sensors.open()?;
-    let auvs = [arguments.autopilot.names(), names].concat();
-    let mission = arguments.mission.mission(auvs.clone())?;
-    let missions = arguments.mission.service(config, clock).await?;
+    let (link, auvs, rest) = match (&arguments.other, &arguments.autopilot) {
+        (Some(OtherPreflight::Moos { database, rest }), _) => (database.link()?, database.auv.clone(), rest),
+        (None, Some(autopilot)) => (autopilot.link(), autopilot.names(), &arguments.rest),
+        (None, None) => return Err("give --connect WIRE of an autopilot, or moos".into()),
+    };
+    let (sensors, names) = rest.sensors.open()?;
+    let auvs = [auvs, names].concat();
+    let mission = rest.mission.mission(auvs.clone())?;
+    let missions = rest.mission.service(config, clock).await?;
     let settings = Settings { dry_run: true, ..sensors };
-    let mut follower = Follower::open(clock, arguments.autopilot.link(), settings, wire::open);
-    let look = Duration::from_secs(arguments.look);
+    let mut follower = Follower::open(clock, link, settings, wire::open);
+    let look = Duration::from_secs(rest.look);
     if follower.wait_for_craft(look).await {
         follower.follow(missions, mission).await;
         // A mission that cannot be created has its own check.
@@ -269,6 +323,20 @@ impl Autopilot {
 
     fn names(&self) -> Vec<String> {
         self.auv.iter().map(|(_, name)| name.clone()).collect()
+    }
+}
+
+impl Database {
+    fn link(&self) -> Result<AutopilotSettings, Failure> {
+        let datum = self.moos_file.as_ref().map(|file| {
+            datum_of(&text_of(file)?).map_err(because_of(format!("{} has no datum", file.display())))
+        });
+        Ok(AutopilotSettings::Moos {
+            connect: self.connect.clone(),
+            auvs: self.auv.clone(),
+            datum: datum.transpose()?,
+            is_raw: self.desired,
+        })
     }
 }
 
@@ -314,7 +382,7 @@ impl MissionFlags {
     /// The body of a mission with these AUVs.
     fn body(&self, auvs: &[String]) -> Result<Value, Box<dyn Error>> {
         let first = auvs.first().ok_or(
-            "no AUV: name one with --auv N=NAME or in a modem's settings, or give --setup FILE or --mission ID",
+            "no AUV: name one with --auv or in a modem's settings, or give --setup FILE or --mission ID",
         )?;
         let goal = match (self.goal, auvs.len()) {
             (Some(Goal::Track), _) | (None, 1) => json!({ "kind": "track", "auv": first }),

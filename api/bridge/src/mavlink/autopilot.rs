@@ -1,4 +1,4 @@
-//! The two autopilots: their modes, and the parameters that change what a reference does.
+//! The autopilots: their modes, and the parameters that change what a reference does.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,13 @@ pub(crate) enum Autopilot {
     ArduPilot,
     /// PX4: messages as documented, not tested with the program.
     Px4,
+    /// The IvP helm of a MOOS community, with [`HELM_MODES`].
+    Helm,
 }
+
+/// The modes of a craft with a MOOSDB. It follows in the first two.
+pub(crate) const HELM_MODES: [&str; 6] =
+    ["DRIVE", "DESIRED_*", "PARK", "manual override", "the helm drives too", "helm in another state"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heartbeat {
@@ -29,6 +35,7 @@ impl Autopilot {
         match self {
             Self::ArduPilot => ARDUPILOT_GUIDED,
             Self::Px4 => PX4_OFFBOARD,
+            Self::Helm => 0,
         }
     }
 
@@ -36,6 +43,7 @@ impl Autopilot {
         match self {
             Self::ArduPilot => "GUIDED",
             Self::Px4 => "OFFBOARD",
+            Self::Helm => "DRIVE",
         }
     }
 }
@@ -45,6 +53,7 @@ impl Heartbeat {
         match self.autopilot {
             Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
             Autopilot::Px4 => self.mode & PX4_MAIN_MODE == PX4_OFFBOARD,
+            Autopilot::Helm => self.mode < 2,
         }
     }
 
@@ -55,6 +64,7 @@ impl Heartbeat {
 
     pub(crate) fn mode_name(self) -> String {
         let name = match (self.autopilot, self.mode) {
+            (Autopilot::Helm, mode) => HELM_MODES[(mode as usize).min(HELM_MODES.len() - 1)],
             (Autopilot::ArduPilot, 0) => "MANUAL",
             (Autopilot::ArduPilot, 1) => "ACRO",
             (Autopilot::ArduPilot, 3) => "STEERING",
