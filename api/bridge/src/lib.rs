@@ -22,6 +22,7 @@ mod confirmation;
 mod craft_state;
 mod current_observer;
 pub mod follow;
+pub mod imc;
 mod integrity;
 mod mavlink;
 mod measurement;
