@@ -68,7 +68,7 @@ pub(crate) struct Preflight {
     #[command(flatten)]
     autopilot: Option<Autopilot>,
     #[command(flatten)]
-    rest: Look,
+    rest: Listening,
 }
 
 /// A craft without MAVLink.
@@ -79,13 +79,13 @@ enum OtherPreflight {
         #[command(flatten)]
         database: Database,
         #[command(flatten)]
-        rest: Look,
+        rest: Listening,
     },
 }
 
 /// Listening to a craft, and planning for it.
 #[derive(Debug, Args)]
-struct Look {
+struct Listening {
     #[command(flatten)]
     sensors: Sensors,
     #[command(flatten)]
