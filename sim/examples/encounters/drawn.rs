@@ -130,7 +130,7 @@ pub(crate) fn hear(drawn: &Drawn, t: usize, rng: &mut ChaCha8Rng, heard: &mut [O
     let now = t as f64;
     for (i, ship) in drawn.ships.iter().enumerate() {
         let (place, course) = ship.at(now - ship.latency);
-        if (t + i) % ship.interval == 0 {
+        if (t + i).is_multiple_of(ship.interval) {
             let noise = Vector2::new(rng.random_range(-5.0..5.0), rng.random_range(-5.0..5.0));
             let seen = place + noise;
             heard[i] = Some(Vessel {
