@@ -126,6 +126,7 @@ fn strait(rng: &mut ChaCha8Rng, factor: f64) -> (Vec<Ring>, [Vector2<f64>; 2]) {
 /// A wall that winds outwards: the craft at its centre.
 fn spiral(rng: &mut ChaCha8Rng) -> (Vec<Ring>, [Vector2<f64>; 2]) {
     let (turns, gap) = (rng.random_range(1.2..2.2_f64), rng.random_range(10.0..18.0));
+    #[expect(clippy::cast_possible_truncation, reason = "at most 53")]
     let n = (24.0 * turns) as u32;
     let side = |off: f64| {
         (0..n).map(move |i| {
@@ -178,7 +179,7 @@ fn off(rings: &[Ring], point: &Vector2<f64>) -> f64 {
 
 fn draw(seed: u64, many: Option<usize>) -> Result<Coast, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let kind = KINDS[(seed % KINDS.len() as u64) as usize];
+    let kind = KINDS[usize::try_from(seed % KINDS.len() as u64)?];
     loop {
         let (rings, ends) = match (kind, many) {
             (_, Some(n)) => islands(&mut rng, n, (4.0..6.0, 500.0, Some(39))),
