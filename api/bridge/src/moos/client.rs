@@ -28,6 +28,8 @@ const HEADING_SPEED: [&str; 2] = ["NAV_HEADING", "NAV_SPEED"];
 const NODES: [&str; 2] = ["NODE_REPORT", "NODE_REPORT_LOCAL"];
 const RANGES: [&str; 3] = ["RANGE_REPORT", "CRS_RANGE_REPORT", "BRS_RANGE_REPORT"];
 const HELM: &str = "IVPHELM_STATE";
+/// The reason for which the helm stops the craft.
+const ALL_STOP: &str = "IVPHELM_ALLSTOP";
 /// Both spellings are in use.
 const OVERRIDES: [&str; 2] = ["MOOS_MANUAL_OVERRIDE", "MOOS_MANUAL_OVERIDE"];
 /// What the database writes once a second by itself: its time.
@@ -71,6 +73,7 @@ pub(crate) struct MoosClient {
     /// The craft's newest position and its time.
     position: Option<(f64, Origin)>,
     is_overridden: Option<bool>,
+    all_stop: String,
     /// Time at which the helm was last heard to drive.
     driven_s: Option<f64>,
     /// Unix time less the bridge's.
@@ -99,7 +102,7 @@ impl MoosClient {
         (self.heard_s, self.alive_s, self.unix_offset) = (Some(t_s), t_s, unix_s - t_s);
         let hello = Message { text: Some(NAME.to_owned()), ..self.message(DATA, "asynchronous", t_s) };
         let numbers = [LAT_LON, XY, OVER_GROUND, HEADING_SPEED].concat();
-        let variables = [&numbers[..], &NODES, &RANGES, &OVERRIDES, &[HELM, DB_TIME]].concat();
+        let variables = [&numbers[..], &NODES, &RANGES, &OVERRIDES, &[HELM, ALL_STOP, DB_TIME]].concat();
         let registers: Vec<_> = variables.iter().map(|key| self.message(REGISTER, key, t_s)).collect();
         [&greeting()[..], &packet(&[hello]), &packet(&registers)].concat()
     }
@@ -245,6 +248,9 @@ impl MoosClient {
         } else if OVERRIDES.contains(&key) {
             self.is_overridden = text.to_ascii_lowercase().parse().ok().or(self.is_overridden);
             events.extend((self.is_overridden == Some(true)).then(|| beat("manual override")));
+        } else if key == ALL_STOP && text != self.all_stop {
+            text.clone_into(&mut self.all_stop);
+            events.push(AutopilotEvent::Text(format!("{key} {text}")));
         } else if RANGES.contains(&key) {
             match self.range(&Pairs::of(text), unix_s) {
                 Some(fix) => events.push(AutopilotEvent::Measured(Measurement::Auv(fix))),

@@ -59,6 +59,15 @@ fn without_a_helm_the_controller_must_be_handed_over_and_no_helm_may_drive() {
     assert_eq!(time(&mut client, 4.0), Some(("DESIRED_*".to_owned(), true)));
 }
 
+#[test]
+fn the_reason_for_which_the_helm_stops_the_craft_is_told_once() {
+    let mut client = client(None, false);
+    for (reason, times) in [("BehaviorError", 1), ("BehaviorError", 0), ("clear", 1)] {
+        let told = AutopilotEvent::Text(format!("IVPHELM_ALLSTOP {reason}"));
+        assert_eq!(heard(&mut client, 0.0, [("IVPHELM_ALLSTOP", Text(reason))]), vec![told; times]);
+    }
+}
+
 /// What is sent, and the messages in it.
 type Sent = Arc<Mutex<Vec<u8>>>;
 
