@@ -150,7 +150,7 @@ fn without_names(route: &str) -> String {
 fn words_of_the_code(files: &BTreeSet<String>) -> BTreeSet<String> {
     let is_code = |file: &&String| {
         let kind = file.rsplit('.').next().unwrap_or_default();
-        matches!(kind, "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service")
+        matches!(kind, "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service" | "bhv")
     };
     let mut words = BTreeSet::new();
     for file in files.iter().filter(is_code) {
