@@ -89,6 +89,21 @@ fn a_craft_inside_takes_the_nearest_way_out_and_the_violation_names_the_area() {
 }
 
 #[test]
+fn a_craft_that_faces_a_wall_turns_slowly_beside_it() {
+    // 2 to 3 m from the western arm, less than a turn at full speed takes, with the way out on its side.
+    for east in [-12.0, -12.5, -13.0] {
+        for heading in [-0.8, -1.2, -1.6, -2.0] {
+            let mut request = scene([-10.0, east], [20.0, 3.0]);
+            request.asc.heading_rad = heading;
+            let (snapshot, answer) = planned(&request, &mut Workspace::default());
+            let is_ashore =
+                answer.trajectory.iter().any(|point| snapshot.no_go_at(&point.position()).is_some());
+            assert!(!is_ashore, "from {east}, {heading}: {:?} {:?}", answer.method, answer.trajectory);
+        }
+    }
+}
+
+#[test]
 fn a_visit_takes_the_way_round_into_its_time() {
     let (craft, auv) = ([-10.0, 4.0], [20.0, 3.0]);
     let visits = serde_json::json!({ "auvs": ["a"], "costs_now": { "a": 100.0 }, "within_m": 1.0 });

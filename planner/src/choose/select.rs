@@ -18,6 +18,7 @@ use crate::{
         angle::{Course, Heading, angle_of, wrap},
         asc::AscNow,
         options::Hold,
+        path::curve::Side,
         previous_plan::PreviousPlan,
         reference::Reference,
         schedule::Schedule,
@@ -220,13 +221,27 @@ fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
         return hold(horizon);
     }
     let planned = scp.candidate.clone().map(|candidate| planned(horizon, candidate));
-    let levels = [planned, previous_plan(horizon), Some(los.clone())];
+    let [to_port, to_starboard] = turned_slowly(horizon);
+    let levels = [planned, previous_plan(horizon), Some(los.clone()), to_port, to_starboard];
     let cost = |level: &Level| level.candidate.predicted.cost;
     let best = levels.into_iter().flatten().reduce(|best, next| {
         if horizon.parameters.cost_decides && cost(&next) + COST_TIE < cost(&best) { next } else { best }
     });
     let best = best.expect("line of sight is always there");
     steered(best, horizon)
+}
+
+/// Line of sight after a slow turn to either side, if land is so near that the law's may lead into it.
+fn turned_slowly(horizon: &Horizon<'_>) -> [Option<Level>; 2] {
+    let bow = horizon.snapshot.asc.heading().radians();
+    Side::BOTH.map(|side| {
+        let (reference, rollout) = horizon.is_hemmed_in().then(|| horizon.turning_slowly(side))?;
+        Some(Level {
+            method: Method::SaturatedLos,
+            reference: Reference { heading: Heading::new(bow + reference.heading.radians()), ..reference },
+            candidate: rolled_out(horizon, &rollout),
+        })
+    })
 }
 
 /// The estimate of the craft, updated with its present `distance` from the goal, m.

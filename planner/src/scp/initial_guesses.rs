@@ -1,8 +1,10 @@
 //! Initial guesses: trajectories about which the first SCP iteration is linearised. A convex
 //! subproblem finds the best trajectory on the guess's side of a disc or turn only.
 
+use std::cell::Cell;
+
 use crate::coast::land::Land;
-use crate::craft::response::{Stage, Surge};
+use crate::craft::response::{Rollout, Stage, Surge};
 use crate::facts::angle::{Heading, angle_of, wrap};
 use crate::facts::asc::AscNow;
 use crate::facts::path::curve::Side;
@@ -46,7 +48,7 @@ impl Horizon<'_> {
             guesses.extend(Side::BOTH.map(|side| self.around_walls(side)));
         }
         if self.is_hemmed_in() {
-            guesses.extend(Side::BOTH.map(|side| self.turning_slowly(side)));
+            guesses.extend(Side::BOTH.map(|side| self.turning_slowly(side).1.stages));
         } else if self.turns_to_either_side(los) {
             for side in Side::BOTH {
                 add(discs, self.turning(side), &mut guesses);
@@ -115,7 +117,7 @@ impl Horizon<'_> {
     }
 
     /// `true` if land is nearer than the widest turn, so that the craft may have to turn slowly.
-    fn is_hemmed_in(&self) -> bool {
+    pub(crate) fn is_hemmed_in(&self) -> bool {
         let limits = &self.craft.limits;
         let turn = 2.0 * limits.speed_max / limits.turn_rate_max;
         let near = |land: &Land| land.sides.nearest(&self.snapshot.asc.position(), turn, |_| true).is_some();
@@ -123,22 +125,24 @@ impl Horizon<'_> {
     }
 
     /// At least speed until the bow is where the goal moves, with the turn to that side, then by line of
-    /// sight.
-    fn turning_slowly(&self, side: Side) -> Vec<Stage> {
-        let speed_min = self.snapshot.limits().speed_min;
-        self.guess(|_, target, asc, los| {
-            let course =
-                target.velocity.try_normalize(f64::EPSILON).map_or(los.heading.radians(), |to| angle_of(&to));
+    /// sight: the first reference, and the trajectory.
+    pub(crate) fn turning_slowly(&self, side: Side) -> (Reference, Rollout) {
+        let (speed_min, first) = (self.snapshot.limits().speed_min, Cell::new(None));
+        let rollout = self.rolled(|_, target, asc, los| {
+            let way = target.velocity.try_normalize(f64::EPSILON);
+            let course = way.map_or(los.heading.radians(), |way| angle_of(&way));
             let turn = wrap(course - asc.heading.radians());
             let aside = asc.heading.radians() + side.sign() * std::f64::consts::FRAC_PI_2;
-            if turn.abs() < TURN_WORTH_FORCING {
+            let reference = if turn.abs() < TURN_WORTH_FORCING {
                 los
-            } else if turn * side.sign() < 0.0 {
-                Reference { speed: speed_min, heading: Heading::new(aside) }
             } else {
-                Reference { speed: speed_min, heading: Heading::new(course) }
-            }
-        })
+                let heading = if turn * side.sign() < 0.0 { aside } else { course };
+                Reference { speed: speed_min, heading: Heading::new(heading) }
+            };
+            first.set(first.get().or(Some(reference)));
+            reference
+        });
+        (first.get().expect("a horizon has an interval"), rollout)
     }
 
     /// At full speed along the outline of any wall before the goal, then for the goal.
@@ -186,8 +190,12 @@ impl Horizon<'_> {
         })
     }
 
-    /// The trajectory of a `law` that knows the goal's motion and its line of sight.
     fn guess(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Vec<Stage> {
+        self.rolled(law).stages
+    }
+
+    /// The trajectory of a `law` that knows the goal's motion and its line of sight.
+    fn rolled(&self, law: impl Fn(f64, &Motion, &AscNow, Reference) -> Reference) -> Rollout {
         let mut held = self.local_goal_course();
         let limits = &self.snapshot.limits();
         let law = |time: f64, asc: &AscNow, _: Surge| {
@@ -196,7 +204,7 @@ impl Horizon<'_> {
             let los = saturated_los(asc, &target, held, self.parameters.los, limits);
             law(time, &target, asc, los)
         };
-        self.roll_out(self.snapshot.craft_model(), law).stages
+        self.roll_out(self.snapshot.craft_model(), law)
     }
 }
 
