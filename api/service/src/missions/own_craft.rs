@@ -251,11 +251,9 @@ fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use clock::Clock;
     use serde_json::json;
 
     use super::*;
-    use crate::edge::access::{NewToken, Role, TokenFile, TokenLimit};
 
     const ORIGIN: Origin = Origin { lat_deg: 38.41, lon_deg: -9.12 };
 
@@ -338,27 +336,5 @@ mod tests {
         // One that was an echo stays so for longer.
         let before = OwnCraft { echoes: vec![VehicleId("far".to_owned())], ..first };
         assert_eq!(ids(&later.look(100.0, reported.iter(), &before)), ["near", "far", "named"]);
-    }
-
-    #[test]
-    fn missions_that_not_the_same_callers_may_see_do_not_see_each_other() {
-        let directory = tempfile::tempdir().expect("is made");
-        let (path, clock) = (directory.path().join("tokens.json"), Clock::machine());
-        let mut n_seen = vec![];
-        for crafts in [&[][..], &["one", "two"], &["one"]] {
-            let limit =
-                TokenLimit { missions: vec![], craft: crafts.iter().map(ToString::to_string).collect() };
-            let limit = Some(limit).filter(|_| !crafts.is_empty());
-            let name = format!("token-{}", crafts.len());
-            let new = NewToken { name, role: Role::Operator, limit, valid: None };
-            TokenFile::add(&path, new, &clock).expect("is made");
-            let tokens = Tokens::open(&path, &clock).expect("opens");
-            let fleet = Fleet::new(Some(tokens));
-            let [earlier, later] = [fleet.place(3), fleet.place(7)];
-            earlier.show(craft("one", 100.0, true), 100.0);
-            later.show(craft("two", 100.0, true), 100.0);
-            n_seen.push(seen(&later, 100.0).len());
-        }
-        assert_eq!(n_seen, [1, 1, 0]);
     }
 }
