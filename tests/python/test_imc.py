@@ -19,7 +19,7 @@ ROOT = File(__file__).resolve().parents[2]
 N = int(os.environ.get("IMC_MESSAGES", "4000"))
 SEED = 60
 FOLLOW, SPEED, DEPTH, REFERENCE = "FollowReference", "DesiredSpeed", "DesiredZ", "Reference"
-U8, U16, U32, I32, F32, F64, TEXT = "u8 u16 u32 i32 f32 f64 text".split()
+U8, U16, U32, I32, F32, F64, TEXT = ["u8", "u16", "u32", "i32", "f32", "f64", "text"]
 
 
 def fields(text, kind):
@@ -30,10 +30,17 @@ def fields(text, kind):
 MESSAGES = {
     "LogBookEntry": {"type": 4, "htime": F64, "context": TEXT, "text": TEXT},
     "Heartbeat": {},
-    "Announce": {"sys_name": TEXT, "sys_type": 9, "owner": U16, "lat": F64, "lon": F64, "height": F32, "services": TEXT},
+    "Announce": {
+        "sys_name": TEXT,
+        "sys_type": 9,
+        "owner": U16,
+        "lat": F64,
+        "lon": F64,
+        "height": F32,
+        "services": TEXT,
+    },
     "LblRange": {"id": U8, "range": F32},
-    "EstimatedState": fields("lat lon", F64)
-    | fields("height x y z phi theta psi u v w vx vy vz p q r depth alt", F32),
+    "EstimatedState": fields("lat lon", F64) | fields("height x y z phi theta psi u v w vx vy vz p q r depth alt", F32),
     "NavigationUncertainty": fields("x y z phi theta psi p q r u v w bias_psi bias_r", F32),
     "DesiredHeading": {"value": F64},
     DEPTH: {"value": F32, "z_units": 4},
@@ -42,15 +49,35 @@ MESSAGES = {
     REFERENCE: {"flags": U8, "speed": [SPEED], "z": [DEPTH], "lat": F64, "lon": F64, "radius": F32},
     "FollowRefState": {"control_src": U16, "control_ent": U8, "reference": [REFERENCE], "state": 6, "proximity": U8},
     "VehicleState": {
-        **{"op_mode": 6, "error_count": U8, "error_ents": TEXT, "maneuver_type": U16, "maneuver_stime": F64},
-        **{"maneuver_eta": U16, "control_loops": U32, "flags": U8, "last_error": TEXT, "last_error_time": F64},
+        "op_mode": 6,
+        "error_count": U8,
+        "error_ents": TEXT,
+        "maneuver_type": U16,
+        "maneuver_stime": F64,
+        "maneuver_eta": U16,
+        "control_loops": U32,
+        "flags": U8,
+        "last_error": TEXT,
+        "last_error_time": F64,
     },
     "PlanControl": {
-        **{"type": 4, "op": 4, "request_id": U16, "plan_id": TEXT, "flags": U16, "arg": [FOLLOW], "info": TEXT},
+        "type": 4,
+        "op": 4,
+        "request_id": U16,
+        "plan_id": TEXT,
+        "flags": U16,
+        "arg": [FOLLOW],
+        "info": TEXT,
     },
     "PlanControlState": {
-        **{"state": 4, "plan_id": TEXT, "plan_eta": I32, "plan_progress": F32, "man_id": TEXT, "man_type": U16},
-        **{"man_eta": I32, "last_outcome": 3},
+        "state": 4,
+        "plan_id": TEXT,
+        "plan_eta": I32,
+        "plan_progress": F32,
+        "man_id": TEXT,
+        "man_type": U16,
+        "man_eta": I32,
+        "last_outcome": 3,
     },
     "RemoteSensorInfo": fields("id sensor_class data", TEXT) | fields("lat lon", F64) | fields("alt heading", F32),
     "UamRxRange": {"seq": U16, "sys": TEXT, "value": F32},
@@ -60,7 +87,13 @@ MESSAGES = {
     | {"nav_status": U8, "type_and_cargo": U8, "lat": F64, "lon": F64}
     | fields("course speed dist a b c d draught", F32),
 }
-HEADER = {"time_s": "timestamp", "source": "src", "source_entity": "src_ent", "destination": "dst", "destination_entity": "dst_ent"}
+HEADER = {
+    "time_s": "timestamp",
+    "source": "src",
+    "source_entity": "src_ent",
+    "destination": "dst",
+    "destination_entity": "dst_ent",
+}
 INTEGERS = {U8: (0, 255), U16: (0, 65535), U32: (0, 2**32 - 1), I32: (-(2**31), 2**31 - 1)}
 
 

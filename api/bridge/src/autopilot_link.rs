@@ -2,6 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use ::mavlink::dialects::ardupilotmega::MavSeverity;
+use clock::Clock;
+use planner::craft::HeadingReference;
+
+use crate::imc::{ImcLink, ImcSettings};
 use crate::mavlink::{
     Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
     Parameters,
@@ -41,6 +46,8 @@ pub enum AutopilotSettings {
         /// Its wire, both ways.
         connect: Endpoint,
     },
+    /// A craft that runs DUNE.
+    Imc(ImcSettings),
 }
 
 pub(crate) enum AutopilotLink {
@@ -60,6 +67,10 @@ pub(crate) enum AutopilotLink {
     Nmea {
         send: Output,
         reader: NmeaReader,
+    },
+    Imc {
+        link: Box<ImcLink>,
+        heard: Heard,
     },
 }
 
@@ -98,7 +109,11 @@ const SHOW_INTERVAL_S: f64 = 1.0;
 const SYSTEM: u8 = 1;
 
 impl AutopilotLink {
-    pub(crate) fn open(settings: AutopilotSettings, open: impl FnOnce(&Endpoint) -> Output) -> Self {
+    pub(crate) fn open(
+        settings: AutopilotSettings,
+        clock: &Clock,
+        open: impl FnOnce(&Endpoint) -> Output,
+    ) -> Self {
         match settings {
             AutopilotSettings::Mavlink { connect, system, auvs } => Self::Mavlink {
                 send: open(&connect),
@@ -112,6 +127,10 @@ impl AutopilotLink {
                 heard: Heard::default(),
                 shown: (String::new(), f64::NEG_INFINITY, 0),
             },
+            AutopilotSettings::Imc(settings) => {
+                let link = ImcLink::new(open(&settings.connect), settings, clock.clone());
+                Self::Imc { link: Box::new(link), heard: Heard::default() }
+            }
             AutopilotSettings::Nmea { connect } => {
                 Self::Nmea { send: open(&connect), reader: NmeaReader::default() }
             }
@@ -150,6 +169,15 @@ impl AutopilotLink {
                 }
                 events
             }
+            Self::Imc { link, heard } => {
+                let events = link.push(piece, t_s, unix_s);
+                for event in &events {
+                    if let AutopilotEvent::Heartbeat(newest) = event {
+                        heard.take(*newest, t_s);
+                    }
+                }
+                events
+            }
             Self::Nmea { reader, .. } => {
                 let measurements = read_nmea(reader, piece, unix_s);
                 measurements.into_iter().map(AutopilotEvent::Measured).collect()
@@ -160,7 +188,9 @@ impl AutopilotLink {
     /// The control of the craft at `now` of the bridge's clock, s.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
-            Self::Mavlink { heard, .. } | Self::Moos { heard, .. } => heard.control(now),
+            Self::Mavlink { heard, .. } | Self::Moos { heard, .. } | Self::Imc { heard, .. } => {
+                heard.control(now)
+            }
             Self::Nmea { .. } => Control::Unreported,
         }
     }
@@ -170,11 +200,31 @@ impl AutopilotLink {
         if let Self::Moos { client, .. } = self { client.datum } else { None }
     }
 
+    /// What the autopilot's heading loop holds, if the wire tells.
+    pub(crate) fn heading_held(&self) -> Option<HeadingReference> {
+        match self {
+            Self::Mavlink { .. } => Some(HeadingReference::Heading),
+            Self::Moos { .. } | Self::Nmea { .. } => None,
+            // By default DUNE's path control steers the course towards a place.
+            Self::Imc { link, .. } if link.settings.headings => Some(HeadingReference::Heading),
+            Self::Imc { .. } => Some(HeadingReference::Course),
+        }
+    }
+
+    /// The link to a craft that runs DUNE.
+    pub(crate) fn dune(&self) -> Option<&ImcLink> {
+        match self {
+            Self::Imc { link, .. } => Some(link),
+            _ => None,
+        }
+    }
+
     pub(crate) fn rejects(&self) -> &Rejects {
         match self {
             Self::Mavlink { reader, .. } => &reader.rejects,
             Self::Moos { client, .. } => client.rejects(),
             Self::Nmea { reader, .. } => reader.rejects(),
+            Self::Imc { link, .. } => &link.reader.packets.rejects,
         }
     }
 
@@ -182,6 +232,7 @@ impl AutopilotLink {
         match self {
             Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),
             Self::Moos { send, client, .. } => send(&client.reference(reference, now)),
+            Self::Imc { link, .. } => link.reference(reference, now),
             Self::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
@@ -198,7 +249,39 @@ impl AutopilotLink {
                     send(&[]);
                 }
             }
+            Self::Imc { link, .. } => link.heartbeat(),
             Self::Nmea { .. } => {}
+        }
+    }
+
+    /// Orders the mode in which the autopilot follows references.
+    pub(crate) fn order_guided(&mut self, autopilot: Autopilot) {
+        match self {
+            Self::Imc { link, .. } => link.start(),
+            _ => self.send_frames(|writer, _| writer.set_guided(autopilot)),
+        }
+    }
+
+    /// Ends the steering at once, where the wire has a word for it, for a craft with this
+    /// `heading`, rad.
+    pub(crate) fn release(&mut self, heading: f64) {
+        if let Self::Imc { link, .. } = self {
+            link.release(heading);
+        }
+    }
+
+    /// Tells ground stations `text`.
+    pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) {
+        match self {
+            Self::Imc { link, .. } => link.log(severity, text),
+            _ => self.send_frames(|writer, _| writer.text(severity, text)),
+        }
+    }
+
+    /// Writes a line of the state into the log book of the network, if it has one.
+    pub(crate) fn log(&mut self, line: &str) {
+        if let Self::Imc { link, .. } = self {
+            link.log(MavSeverity::MAV_SEVERITY_INFO, line);
         }
     }
 
@@ -224,6 +307,9 @@ impl AutopilotLink {
 
     /// Requests the messages that the bridge needs, and the parameters that are missing.
     pub(crate) fn request(&mut self, known: &Parameters) {
+        if let Self::Imc { link, .. } = self {
+            link.ask();
+        }
         self.send_frames(|writer, heartbeat| {
             let mut frames = writer.streams();
             if heartbeat.autopilot == Autopilot::ArduPilot {

@@ -117,6 +117,17 @@ fn parameters(bridge: &Bridge) -> Finding {
     if is_helm || bridge.control() == Control::Unreported {
         return warns("this wire carries none: set limits and craft in --setup");
     }
+    if let Some(dune) = bridge.dune() {
+        return match &dune.reader.takes_plan {
+            Some(Ok(())) => passes("DUNE takes FollowReference; set limits and craft in --setup"),
+            Some(Err(why)) => fails(format!(
+                "DUNE refuses FollowReference ({why}): enable the task Maneuver.FollowReference"
+            )),
+            None => warns(
+                "DUNE does not say whether it takes FollowReference: it is asked in the mode SERVICE, and never with --headings",
+            ),
+        };
+    }
     let contradictions = bridge.contradictions();
     if !contradictions.is_empty() {
         return fails(joined(contradictions.iter().map(ToString::to_string)));
@@ -126,13 +137,10 @@ fn parameters(bridge: &Bridge) -> Finding {
         return warns("no answer for WP_SPEED: set limits.speed_max_mps yourself");
     };
     let seen = format!("references are clipped at {speed:.2} m/s (WP_SPEED)");
-    let missing: Vec<&str> = parameters.missing().collect();
-    if missing.is_empty() {
-        passes(seen)
-    } else {
-        let missing = missing.join(", ");
-        warns(format!("{seen}; no answer for {missing}: check them yourself"))
-    }
+    let missing = joined(parameters.missing().map(str::to_owned));
+    let missing = (!missing.is_empty()).then(|| format!("no answer for {missing}: check them yourself"));
+    let remarks = joined(parameters.failsafes().chain(missing));
+    if remarks.is_empty() { passes(seen) } else { warns(format!("{seen}; {remarks}")) }
 }
 
 fn position(bridge: &Bridge) -> Finding {

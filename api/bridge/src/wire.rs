@@ -9,7 +9,7 @@
 )]
 
 use std::io::{self, Read as _, Write as _};
-use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
+use std::net::{Shutdown, SocketAddr, SocketAddrV4, TcpStream, ToSocketAddrs as _, UdpSocket};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,6 +20,10 @@ use parking_lot::Mutex;
 use serial2::SerialPort;
 use tokio::sync::mpsc::Sender;
 
+mod network;
+
+use self::network::ImcNetwork;
+
 /// Address of a wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
@@ -29,6 +33,9 @@ pub enum Endpoint {
     UdpOut(String),
     /// `tcp:HOST:PORT`: connects, and reconnects.
     Tcp(String),
+    /// `imc:ADDRESS:PORT`: a network of IMC, on which this computer has the address, such as
+    /// `10.0.2.1:6010`.
+    Imc(String),
     /// `serial:DEVICE:BAUD`.
     Serial {
         /// The device, such as `/dev/ttyUSB0`.
@@ -61,6 +68,11 @@ impl FromStr for Endpoint {
             "udp" => address().map(Self::Udp),
             "udpout" => address().map(Self::UdpOut),
             "tcp" => address().map(Self::Tcp),
+            "imc" => {
+                let is_own = |address: &SocketAddrV4| !address.ip().is_unspecified();
+                let address = rest.parse().ok().filter(is_own).ok_or_else(invalid)?;
+                Ok(Self::Imc(address.to_string()))
+            }
             "serial" if !name.is_empty() && number > 0 => {
                 Ok(Self::Serial { device: name.to_owned(), baud: number })
             }
@@ -75,6 +87,7 @@ impl fmt::Display for Endpoint {
             Self::Udp(address) => write!(f, "udp:{address}"),
             Self::UdpOut(address) => write!(f, "udpout:{address}"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Imc(address) => write!(f, "imc:{address}"),
             Self::Serial { device, baud } => write!(f, "serial:{device}:{baud}"),
         }
     }
@@ -182,7 +195,8 @@ fn read(mut line: OpenWire, kept: &Mutex<Option<OpenWire>>, input: &Input) -> Op
         match line.read(&mut buffer, kept) {
             Ok(0) => return Some(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => {
-                let piece = input.piece(buffer[..count].to_vec(), matches!(line, OpenWire::Udp { .. }));
+                let piece = input
+                    .piece(buffer[..count].to_vec(), matches!(line, OpenWire::Udp { .. } | OpenWire::Imc(_)));
                 input.received.blocking_send(piece).ok()?;
             }
             Err(error) if is_pause(&error) => {}
@@ -210,6 +224,7 @@ enum OpenWire {
         peers: Vec<SocketAddr>,
     },
     Tcp(Arc<TcpStream>),
+    Imc(Arc<ImcNetwork>),
     Serial(Arc<SerialPort>),
 }
 
@@ -229,6 +244,7 @@ impl OpenWire {
                 stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
                 Ok(Self::Tcp(Arc::new(stream)))
             }
+            Endpoint::Imc(address) => Ok(Self::Imc(Arc::new(ImcNetwork::open(address)?))),
             Endpoint::Serial { device, baud } => {
                 let mut port = SerialPort::open(device, *baud)?;
                 port.set_read_timeout(READ_TIMEOUT)?;
@@ -260,6 +276,7 @@ impl OpenWire {
                 Ok(count)
             }
             Self::Tcp(stream) => stream.as_ref().read(into),
+            Self::Imc(network) => network.receive(into),
             Self::Serial(port) => port.read(into),
         }
     }
@@ -273,6 +290,7 @@ impl OpenWire {
             }
             Self::Tcp(stream) if bytes.is_empty() => stream.shutdown(Shutdown::Both),
             Self::Tcp(stream) => stream.as_ref().write_all(bytes),
+            Self::Imc(network) => network.send(bytes),
             Self::Serial(port) => port.write_all(bytes),
         }
     }

@@ -1,6 +1,6 @@
 //! `pilotfish bridge` connects an autopilot to a mission; `pilotfish preflight` checks beforehand.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,6 +9,7 @@ use std::{fs, io, process};
 use bridge::acoustics::{self, Modem};
 use bridge::autopilot_link::AutopilotSettings;
 use bridge::follow::{Bridge as Follower, Settings};
+use bridge::imc::ImcSettings;
 use bridge::mission_client::{MissionClient, TokenFile, Transport};
 use bridge::mission_link::MissionChoice;
 use bridge::moos::datum_of;
@@ -58,6 +59,44 @@ pub(crate) enum Bridge {
         #[command(flatten)]
         rest: Following,
     },
+    /// A craft that runs DUNE, on IMC: follows places ahead in the manoeuvre FollowReference.
+    Imc {
+        #[command(flatten)]
+        dune: Dune,
+        #[command(flatten)]
+        rest: Following,
+        /// Start FollowReference, once. Without it a person does, with the bridge's number as
+        /// control source.
+        #[arg(long)]
+        take_control: bool,
+    },
+}
+
+/// A craft that runs DUNE, and the network on which it is.
+#[derive(Debug, Args)]
+pub(crate) struct Dune {
+    /// The network: imc:ADDRESS:PORT, an address of this computer that the vehicles reach; or the
+    /// craft alone: tcp:HOST:PORT, udp:HOST:PORT, udpout:HOST:PORT, serial:DEVICE:BAUD
+    #[arg(long, value_name = "WIRE")]
+    connect: Endpoint,
+    /// The craft, by the name that it announces; on wires without announcements N=NAME, as for
+    /// --auv.
+    #[arg(long, value_name = "[N=]NAME", value_parser = numbered)]
+    vehicle: (Option<u16>, String),
+    /// An AUV, by the name that it announces and that modems give it, or by its number N too, such
+    /// as 0x001e=lauv-1; may be repeated.
+    #[arg(long, value_name = "[N=]NAME", value_parser = numbered)]
+    auv: Vec<(Option<u16>, String)>,
+    /// An AUV whose ranges are those to the LBL beacon N; may be repeated.
+    #[arg(long, value_name = "N=NAME", value_parser = named_system)]
+    beacon: Vec<(u8, String)>,
+    /// The bridge's own number; each bridge on a network needs another one.
+    #[arg(long, value_name = "N", default_value = "0x4f15", value_parser = system_number)]
+    imc_id: u16,
+    /// Send headings and speeds (DesiredHeading, DesiredSpeed) in the mode EXTERNAL, not places
+    /// with speeds (Reference): nothing of DUNE ends them.
+    #[arg(long)]
+    headings: bool,
 }
 
 #[derive(Debug, Args)]
@@ -74,6 +113,13 @@ pub(crate) struct Preflight {
 /// A craft without MAVLink.
 #[derive(Debug, Subcommand)]
 enum OtherPreflight {
+    /// A craft that runs DUNE, on IMC.
+    Imc {
+        #[command(flatten)]
+        dune: Dune,
+        #[command(flatten)]
+        rest: Listening,
+    },
     /// A MOOSDB with the IvP helm.
     Moos {
         #[command(flatten)]
@@ -250,6 +296,10 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
         }
         Bridge::Nmea { connect, rest } => (AutopilotSettings::Nmea { connect }, vec![], rest, false),
         Bridge::Moos { database, rest } => (database.link()?, database.auv, rest, false),
+        Bridge::Imc { dune, rest, take_control } => {
+            let (link, auvs) = dune.open(false);
+            (link, auvs, rest, take_control)
+        }
     };
     let (sensors, names) = following.sensors.open()?;
     let mission = following.mission.mission([auvs, names].concat())?;
@@ -283,8 +333,12 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
 async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
     let (link, auvs, rest) = match (&arguments.other, &arguments.autopilot) {
         (Some(OtherPreflight::Moos { database, rest }), _) => (database.link()?, database.auv.clone(), rest),
+        (Some(OtherPreflight::Imc { dune, rest }), _) => {
+            let (link, auvs) = dune.open(true);
+            (link, auvs, rest)
+        }
         (None, Some(autopilot)) => (autopilot.link(), autopilot.names(), &arguments.rest),
-        (None, None) => return Err("give --connect WIRE of an autopilot, or moos".into()),
+        (None, None) => return Err("give --connect WIRE of an autopilot, or moos or imc".into()),
     };
     let (sensors, names) = rest.sensors.open()?;
     let auvs = [auvs, names].concat();
@@ -337,6 +391,30 @@ impl Database {
             datum: datum.transpose()?,
             is_raw: self.desired,
         })
+    }
+}
+
+impl Dune {
+    /// The link, which `asks` before departure whether DUNE takes FollowReference, and the names of
+    /// AUVs.
+    fn open(&self, asks: bool) -> (AutopilotSettings, Vec<String>) {
+        let Self { connect, vehicle, auv, beacon, imc_id, headings } = self;
+        let numbered = [vehicle].into_iter().chain(auv);
+        let numbers: BTreeMap<u16, String> =
+            numbered.filter_map(|(number, name)| Some(((*number)?, name.clone()))).collect();
+        let auvs: Vec<String> = auv.iter().map(|(_, name)| name.clone()).collect();
+        let names = auvs.iter().chain(beacon.iter().map(|(_, name)| name)).cloned().collect();
+        let link = AutopilotSettings::Imc(ImcSettings {
+            connect: connect.clone(),
+            number: *imc_id,
+            vehicle: vehicle.1.clone(),
+            auvs,
+            numbers,
+            beacons: beacon.iter().cloned().collect(),
+            headings: *headings,
+            asks,
+        });
+        (link, names)
     }
 }
 
@@ -460,6 +538,22 @@ fn text_of(file: &Path) -> Result<String, Failure> {
 
 fn unreadable(file: &Path) -> impl FnOnce(io::Error) -> Failure {
     because_of(format!("{} cannot be read", file.display()))
+}
+
+/// The number of a system of IMC, decimal or with 0x.
+fn system_number(text: &str) -> Result<u16, &'static str> {
+    let number =
+        text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u16::from_str_radix(digits, 16));
+    let number = number.ok().filter(|number| (1..u16::MAX).contains(number));
+    number.ok_or("write a number from 1 to 65534, such as 0x001e")
+}
+
+fn numbered(text: &str) -> Result<(Option<u16>, String), &'static str> {
+    let (number, name) = text.rsplit_once('=').map_or((None, text), |(number, name)| (Some(number), name));
+    if name.is_empty() {
+        return Err("write a name, such as lauv-1, or a number and a name, such as 0x001e=lauv-1");
+    }
+    Ok((number.map(system_number).transpose()?, name.to_owned()))
 }
 
 fn named_system(text: &str) -> Result<(u8, String), &'static str> {

@@ -1,12 +1,14 @@
 //! Messages of IMC 5.4 as bytes, and packets found in any bytes.
 //!
 //! ```text
-//! header   sync 0xFE54, number u16, size u16, time f64, source u16, its entity u8, destination u16, its entity u8
-//! payload  size bytes: the fields in order; a text is its length u16 and bytes, a message within another its
-//!          number u16 (0xFFFF: none) and fields
+//! header   sync 0xFE54, number u16, size u16, time f64, source u16, its entity u8, destination u16,
+//!          its entity u8
+//! payload  size bytes: the fields in order; a text is its length u16 and bytes, a message within
+//!          another its number u16 (0xFFFF: none) and fields
 //! footer   CRC-16-IBM of header and payload
 //! ```
-//! The order of the sync number's bytes is that of all numbers of the packet. Source: IMC 5.4.31, `IMC.xml`.
+//! The order of the sync number's bytes is that of all numbers of the packet. Source: IMC 5.4.31,
+//! `IMC.xml`.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +17,8 @@ use crate::Rejects;
 const SYNC: u16 = 0xFE54;
 const HEADER_BYTES: usize = 20;
 const FOOTER_BYTES: usize = 2;
-/// Largest payload that is looked for, bytes: the messages below have less. A damaged size holds up a stream
-/// for as many.
+/// Largest payload that is looked for, bytes: the messages below have less. A damaged size holds up
+/// a stream for as many.
 const PAYLOAD_MAX: usize = 2048;
 /// Longest text that is written, bytes: five of them fit in a message.
 const TEXT_MAX: usize = 8192;
@@ -47,6 +49,22 @@ pub struct Packet {
     pub message: Option<Message>,
 }
 
+macro_rules! fields {
+    ($name:ident { $($field:ident),* }) => {
+        impl Field for $name {
+            fn read(_bytes: &mut Unread<'_>) -> Option<Self> {
+                Some(Self { $($field: Field::read(_bytes)?),* })
+            }
+
+            fn write(&self, _into: &mut Written) {
+                $(self.$field.write(_into);)*
+            }
+        }
+    };
+}
+
+fields! { Header { time_s, source, source_entity, destination, destination_entity } }
+
 /// Defines the messages, each with its number and fields in their order.
 macro_rules! messages {
     ($($name:ident = $number:literal { $($field:ident: $kind:ty),* })*) => {
@@ -56,15 +74,7 @@ macro_rules! messages {
             #[allow(missing_docs, clippy::allow_attributes, reason = "fields are IMC's, if there are any")]
             pub struct $name { $(pub $field: $kind),* }
 
-            impl Field for $name {
-                fn read(_bytes: &mut Unread<'_>) -> Option<Self> {
-                    Some(Self { $($field: Field::read(_bytes)?),* })
-                }
-
-                fn write(&self, _into: &mut Written) {
-                    $(self.$field.write(_into);)*
-                }
-            }
+            fields! { $name { $($field),* } }
 
             impl Numbered for $name {
                 const NUMBER: u16 = $number;
@@ -95,7 +105,7 @@ macro_rules! messages {
                 matches!(number, $($number)|*)
             }
 
-            fn number(&self) -> u16 {
+            pub(crate) fn number(&self) -> u16 {
                 match self { $(Self::$name(_) => $number),* }
             }
 
@@ -244,26 +254,6 @@ impl<M: Numbered> Field for Option<M> {
         if let Some(message) = self {
             message.write(into);
         }
-    }
-}
-
-impl Field for Header {
-    fn read(bytes: &mut Unread<'_>) -> Option<Self> {
-        Some(Self {
-            time_s: Field::read(bytes)?,
-            source: Field::read(bytes)?,
-            source_entity: Field::read(bytes)?,
-            destination: Field::read(bytes)?,
-            destination_entity: Field::read(bytes)?,
-        })
-    }
-
-    fn write(&self, into: &mut Written) {
-        self.time_s.write(into);
-        self.source.write(into);
-        self.source_entity.write(into);
-        self.destination.write(into);
-        self.destination_entity.write(into);
     }
 }
 

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// As imcpy 1.1.2 writes them, at 1.5 s from system 0x0801: a `Heartbeat` of entity 7 to 0x4F15, and a
-/// `Reference` at 0.5, −0.25 rad with a speed of 1.25 m/s and without a depth, to all.
+/// As imcpy 1.1.2 writes them, at 1.5 s from system 0x0801: a `Heartbeat` of entity 7 to 0x4F15,
+/// and a `Reference` at 0.5, −0.25 rad with a speed of 1.25 m/s and without a depth, to all.
 const PUBLISHED: [&str; 2] = [
     "54fe96000000000000000000f83f010807154fffacb1",
     "54fedf012200000000000000f83f0108ffffffff039201000000000000f43f00ffff000000000000e03f000000000000d0bf00000040c286",

@@ -85,7 +85,7 @@ fn link(is_raw: bool) -> (AutopilotLink, Sent) {
     let kept = Arc::clone(&sent);
     let connect = "tcp:craft:9000".parse().expect("is a wire");
     let settings = AutopilotSettings::Moos { connect, auvs: vec![], datum: Some(DATUM), is_raw };
-    let link = AutopilotLink::open(settings, |_| {
+    let link = AutopilotLink::open(settings, &clock::Clock::simulated(0.0), |_| {
         Box::new(move |bytes| {
             kept.lock().expect("is whole").extend(if bytes.is_empty() { b"closed" } else { bytes });
         })
