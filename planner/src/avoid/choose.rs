@@ -154,7 +154,7 @@ impl Avoider<'_> {
         let acting = straight.passings.iter().zip(acts).filter(|(_, acts)| **acts);
         let past = acting.map(|(passing, _)| passing.time).fold(0.0, f64::max);
         let limits = &self.craft.limits;
-        let (change, doubt) = (scene.tuned.change_price, scene.tuned.pass_doubt);
+        let (change, doubt) = (scene.tuned.change_price, 1.0);
         let mut best: Option<(Trial, Outcome, f64)> = None;
         let mut consider = |trial: Trial, price: f64| {
             let least = best.as_ref().map_or(f64::INFINITY, |(_, _, least)| *least);
@@ -174,8 +174,7 @@ impl Avoider<'_> {
                 }
             }
         }
-        let direct = Trial { heading: None, speed: limits.speed_max, until: 0.0, doubt: 1.0 };
-        consider(Trial { doubt, ..direct }, change);
+        consider(Trial { heading: None, speed: limits.speed_max, until: 0.0, doubt }, change);
         let goal = &scene.goal[0];
         let wanted = goal.velocity + goal.position * scene.tuned.pursuit_rate - scene.current;
         let to_goal = wanted.y.atan2(wanted.x);

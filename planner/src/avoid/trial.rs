@@ -24,8 +24,8 @@ pub(crate) struct Trial {
     pub(crate) heading: Option<f64>,
     pub(crate) speed: f64,
     pub(crate) until: f64,
-    /// Share of the uncertainty of vessels by which they are passed farther off: that of a new manoeuvre
-    /// is larger than that of the present one, so that noise does not end it.
+    /// Share of the uncertainty of vessels by which they are passed farther off: all of it by a new
+    /// manoeuvre, less by the present one, so that noise does not end it.
     pub(crate) doubt: f64,
 }
 

@@ -21,9 +21,7 @@ numbers! {
         look_ahead = 300.0,
         /// Share of the distance to keep by which the way to the goal must be clear to end a manoeuvre.
         end_margin = 0.1,
-        /// Share of the uncertainty of vessels that a new manoeuvre leaves.
-        pass_doubt = 1.5,
-        /// Share of it that the present manoeuvre leaves.
+        /// Share of the uncertainty of vessels that the present manoeuvre has to leave.
         kept_doubt = 0.3,
         /// Multiple of the time that it takes to leave a vessel's way at which a craft that gives way acts.
         early_share = 3.0,

@@ -22,6 +22,7 @@ use std::{env, error::Error, ops::RangeInclusive, thread};
 use nalgebra::Vector2;
 use planner::angle::{Heading, direction, wrap};
 use planner::snapshot::Vessel;
+use planner::tuned::Tuned;
 use planner::{Asc, Auv, AuvState, Goal, Parameters, PlanRequest, Snapshot, Workspace, plan};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -64,7 +65,7 @@ impl Craft {
     }
 }
 
-fn fly(drawn: &Drawn, seed: u64, law: Law, show: bool) -> Result<Outcome, Failure> {
+fn fly(drawn: &Drawn, seed: u64, law: Law, tuned: &Tuned, show: bool) -> Result<Outcome, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0xA15);
     let (parameters, mut workspace, mut memory) =
         (Parameters::default(), Workspace::default(), Memory::default());
@@ -72,7 +73,7 @@ fn fly(drawn: &Drawn, seed: u64, law: Law, show: bool) -> Result<Outcome, Failur
     outcome.clearance = f64::INFINITY;
     if law != Law::Planner {
         // Encounters are of the kind that the planner sees in them.
-        outcome.kinds = fly(drawn, seed, Law::Planner, false)?.kinds;
+        outcome.kinds = fly(drawn, seed, Law::Planner, tuned, false)?.kinds;
     }
     let AuvState { course_rad: heading, speed_mps: speed, .. } = drawn.auv;
     let start = direction(heading) * -3.0;
@@ -91,7 +92,7 @@ fn fly(drawn: &Drawn, seed: u64, law: Law, show: bool) -> Result<Outcome, Failur
             request.vessel_separation_m = Some(SEPARATION);
             request.previous_plan = previous.take();
             let begun = Instant::now();
-            let answer = plan(&Snapshot::try_from(request)?, &parameters, &mut workspace);
+            let answer = plan(&Snapshot::with(request, tuned, &|| false)?, &parameters, &mut workspace);
             outcome.plan_ms.push(begun.elapsed().as_secs_f64() * 1e3);
             if let Some(avoidance) = &answer.avoidance {
                 outcome.observe(avoidance, heading);
@@ -134,17 +135,20 @@ fn main() -> Result<(), Failure> {
     let vessels = usize::try_from(*vessels.start())?..=usize::try_from(*vessels.end())?;
     let (craft, turning) = (option("--craft", "medusa".to_owned()), option("--turning", 0.0));
     let law = option("--law", Law::Planner);
+    let tuned: &Tuned = &serde_json::from_str(&option("--tuned", "{}".to_owned()))?;
     let show: u64 = option("--show", 0);
     if 0 < show {
-        fly(&draw(show, vessels, &craft, turning), show, law, true).map(drop)?;
+        fly(&draw(show, vessels, &craft, turning), show, law, tuned, true).map(drop)?;
         return Ok(());
     }
     let threads: u64 = option("--threads", 1);
     let seeds: Vec<u64> = seeds.collect();
     let fly_some = |k: u64| -> Result<Vec<(u64, Outcome)>, Failure> {
         let own = seeds.iter().filter(|seed| **seed % threads == k);
-        own.map(|seed| Ok((*seed, fly(&draw(*seed, vessels.clone(), &craft, turning), *seed, law, false)?)))
-            .collect()
+        own.map(|seed| {
+            Ok((*seed, fly(&draw(*seed, vessels.clone(), &craft, turning), *seed, law, tuned, false)?))
+        })
+        .collect()
     };
     let outcomes: Vec<(u64, Outcome)> = thread::scope(|scope| {
         let running: Vec<_> = (0..threads).map(|k| scope.spawn(move || fly_some(k))).collect();
