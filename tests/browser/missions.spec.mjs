@@ -1,7 +1,9 @@
 // Missions: from the gallery to the end, scrubbed, compared; live ones watched and steered.
 
-import { expect, go, isDrawn, test } from "./fixtures.mjs";
+import { expect, go, isDrawn, settled, test } from "./fixtures.mjs";
 import { flown, hastened, posed, stepped } from "./service.mjs";
+
+const picture = (page) => page.locator(".map-place canvas").first().evaluate((canvas) => canvas.toDataURL());
 
 test("a scenario runs from the gallery to its end, and any moment of it can be looked at", async ({ page, service }) => {
   // The page begins it at a speed to watch. Here it is begun so slowly that it is not over before it is paused.
@@ -206,6 +208,44 @@ test("a route file is dropped on the map, way-points are clicked, and both becom
   await expect(said).toHaveText("Change of the route: done");
   expect(Object.keys(await paths())).toEqual(["auv-1", "auv-2"]);
   await expect(page.locator(".log")).toContainText("paths");
+});
+
+test("a file of polygons is dropped on the map, drawn before it is sent, and becomes the mission's no-go areas", async ({ page, service, complaints }) => {
+  const id = await posed(service, { title: "coast", origin: { lat_deg: 38.41, lon_deg: -9.12 } });
+  const noGo = async () => (await service.get(`/v1/missions/${id}`)).setting.no_go ?? [];
+  await go(page, service, `#/mission/${id}`);
+  const map = page.locator(".map-place canvas"), said = page.locator(".orders > .said"), areas = page.locator(".order.no-go");
+  await expect(map).toHaveAttribute("aria-label", /auv-2 at/);
+  const drop = async (features) => map.dispatchEvent("drop", { dataTransfer: await page.evaluateHandle((text) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([text], "coast.geojson"));
+    return transfer;
+  }, JSON.stringify({ type: "FeatureCollection", features })) });
+  const square = (lat, lon, half) => [[lon - half, lat - half], [lon + half, lat - half], [lon + half, lat + half], [lon - half, lat + half], [lon - half, lat - half]];
+  const feature = (name, ...coordinates) => ({ type: "Feature", properties: { name }, geometry: { type: "Polygon", coordinates } });
+  const before = await picture(page);
+  await drop([feature("atoll", square(38.4105, -9.12, 0.0004), square(38.4105, -9.12, 0.0002)), feature("rock", square(38.4092, -9.1205, 0.0001))]);
+  await expect(areas).toContainText("coast.geojson: 2 areas with 12 corners, not sent yet");
+  await settled(page);
+  const drafted = await picture(page);
+  expect(drafted).not.toBe(before);
+  expect(await noGo()).toEqual([]);
+  await areas.getByRole("button", { name: "Send the areas" }).click();
+  await expect(said).toHaveText("No-go areas: done");
+  const [{ name, polygon, holes }, rock] = await noGo();
+  expect([name, polygon.length, holes.map((ring) => ring.length), rock.name]).toEqual(["atoll", 4, [4], "rock"]);
+  // Four ten-thousandths of a degree of the meridian are 44.4 m.
+  expect(Math.max(...polygon.map(([north]) => north)) - Math.min(...polygon.map(([north]) => north))).toBeCloseTo(88.8, 0);
+  await expect(areas).toContainText("The mission has 2 no-go areas");
+  // What the service refuses is said, and what is a route is none.
+  await drop([feature("bow tie", [[-9.12, 38.41], [-9.119, 38.411], [-9.12, 38.411], [-9.119, 38.41], [-9.12, 38.41]])]);
+  await areas.getByRole("button", { name: "Send the areas" }).click();
+  await expect(said).toContainText("crosses the side after");
+  expect(complaints.splice(0).every((complaint) => complaint.includes("422"))).toBe(true);
+  page.once("dialog", (dialog) => dialog.accept());
+  await areas.getByRole("button", { name: "Remove all no-go areas" }).click();
+  await expect(said).toHaveText("No-go areas: done");
+  expect(await noGo()).toEqual([]);
 });
 
 test("a live mission is watched as it happens, and its goal is changed", async ({ page, played }) => {

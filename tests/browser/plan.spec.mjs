@@ -70,8 +70,9 @@ test("discs, areas and fixes in degrees are drawn where the same ones in metres 
   // A degree of latitude and of longitude at the equator, on WGS 84.
   const north_per_deg = 110_574.28, east_per_deg = 111_319.49, origin = { lat_deg: 0, lon_deg: 12 };
   const place = (north_m, east_m) => ({ lat_deg: north_m / north_per_deg, lon_deg: 12 + east_m / east_per_deg });
-  const inMetres = { ...request, origin, keep_outs: [disc], area };
-  const inDegrees = { ...inMetres, keep_outs: [{ ...place(disc.north_m, disc.east_m), radius_m: disc.radius_m }], area: area.map(([north, east]) => place(north, east)) };
+  const land = [[-40, -40], [-40, 10], [-20, 10], [-20, -20]];
+  const inMetres = { ...request, origin, keep_outs: [disc], area, no_go: [{ polygon: land }] };
+  const inDegrees = { ...inMetres, keep_outs: [{ ...place(disc.north_m, disc.east_m), radius_m: disc.radius_m }], area: area.map(([north, east]) => place(north, east)), no_go: [{ polygon: land.map(([north, east]) => place(north, east)) }] };
   const elsewhere = { ...inDegrees, keep_outs: [{ ...place(disc.north_m, disc.east_m + 20), radius_m: disc.radius_m }] };
   // One answer for all three, so that the request's own places alone differ.
   const answer = await service.post("/v1/plan/compare", inMetres);
@@ -92,6 +93,7 @@ test("discs, areas and fixes in degrees are drawn where the same ones in metres 
   };
   await draw(inMetres);
   expect(await draw(elsewhere)).toBeGreaterThan(1000);
+  expect(await draw({ ...inDegrees, no_go: [] })).toBeGreaterThan(300);
   // The plane is a millimetre off here, which no line shows; a label of the grid stands on whole pixels, and one may go to the next: some 200 values.
   expect(await draw(inDegrees)).toBeLessThan(300);
 });

@@ -71,15 +71,23 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     modules:
     "address" "alarm" "app" "background" "beliefs" "bell" "chart" "chart_canvas" "compare" "comparison"
     "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "figure" "format"
-    "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "order_draft"
+    "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "no_go_form" "order_draft"
     "order_form" "order_map" "orders" "picture" "plan" "plan_picture" "plan_tables" "playback" "pointers"
     "predictions" "recording" "route_form" "scores" "series" "service" "symbols" "theme" "thumbnail"
     "traffic" "visits"
 };
 
 /// Files that only live missions with orders and the API documentation load.
-pub const ON_DEMAND: [&str; 6] =
-    ["/order_draft.js", "/order_form.js", "/order_map.js", "/docs", "/docs.css", "/docs.js"];
+pub const ON_DEMAND: [&str; 8] = [
+    "/no_go_form.js",
+    "/order_draft.js",
+    "/order_form.js",
+    "/order_map.js",
+    "/route_form.js",
+    "/docs",
+    "/docs.css",
+    "/docs.js",
+];
 
 macro_rules! modules {
     ($($name:literal)*) => { [$(module!($name)),*] };

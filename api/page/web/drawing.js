@@ -171,12 +171,18 @@ function drawDisc(pen, { north, east, radius, colour: name, style }) {
   context.beginPath();
   context.arc(pen.x(east), pen.y(north), radius * frame.scale, 0, 2 * Math.PI);
   if (style !== "keep-out") return pen.stroke(name, "dashed", 1);
+  fillFaintly(pen, name);
+  pen.stroke(name, "solid", 2);
+}
+
+/** @param {Pen} pen @param {string} name of the colour */
+function fillFaintly(pen, name) {
+  const { context } = pen;
   context.save();
   context.globalAlpha = 0.14;
   context.fillStyle = pen.ink(name);
-  context.fill();
+  context.fill("evenodd");
   context.restore();
-  pen.stroke(name, "solid", 2);
 }
 
 /** @param {Pen} pen @param {import("./types.js").Line} line */
@@ -186,7 +192,8 @@ function drawLine(pen, { points, colour: name, style, closed }) {
   context.beginPath();
   points.forEach(([north, east], i) => (i ? context.lineTo(pen.x(east), pen.y(north)) : context.moveTo(pen.x(east), pen.y(north))));
   if (closed) context.closePath();
-  if (style === "area") pen.stroke(name, "dashed", 2);
+  if (style === "land") fillFaintly(pen, name);
+  else if (style === "area") pen.stroke(name, "dashed", 2);
   else pen.stroke(name, style, name === "plan" ? 3.5 : undefined);
 }
 

@@ -7,16 +7,28 @@ const BREACHES_MAX = 500;
 
 /**
  * @typedef {import("./types.js").Breach} Breach
- * @typedef {import("./types.js").Scene} Scene
+ * @typedef {Required<Pick<import("./types.js").Scene, "keep_outs" | "area" | "no_go">>} Bounds
  * @typedef {import("./recording.js").Recording} Recording
  */
+
+/**
+ * Polygons to keep out of, for a map: each filled but for its holes, and its borders.
+ * @param {any[]} areas @param {(corner: any) => [number, number]} [placeOf] @returns {import("./types.js").Line[]}
+ */
+export function noGoLines(areas, placeOf = (corner) => corner) {
+  return areas.flatMap(({ polygon, holes = [] }) => {
+    const rings = [polygon, ...holes].map((ring) => ring.map(placeOf)), as = (/** @type {any} */ points, /** @type {any} */ style) => ({ points, colour: "bad", style, closed: true, aside: true });
+    // From the border to each hole and back: the rule of even and odd leaves the holes free.
+    return [as(rings.flatMap((ring) => [...ring, ring[0], rings[0][0]]), "land"), ...rings.map((ring) => as(ring, "thin"))];
+  });
+}
 
 /** Limits of a recording's craft over time, and what it broke of them. */
 export class Limits {
   /** @param {Recording} recording */
   constructor(recording) {
     this.recording = recording;
-    /** Discs and area of a live mission, by the time from which they count. @type {{ t: number, keep_outs: Scene["keep_outs"], area: Scene["area"] }[]} */
+    /** Discs and areas of a live mission, by the time from which they count. @type {({ t: number } & Bounds)[]} */
     this.settings = [];
     this.found = /** @type {Breach[]} */ ([]);
     /** Those that go on, by their limit. @type {Map<string, Breach>} */
@@ -26,24 +38,24 @@ export class Limits {
   }
 
   /**
-   * Discs and area at `time`.
+   * Discs and areas at `time`.
    * @param {number} time
-   * @returns {{ keep_outs: { north_m: number, east_m: number, radius_m: number }[], area: [number, number][] }}
+   * @returns {Bounds}
    */
   at(time) {
-    const { keep_outs, area } = this.settings.findLast(({ t }) => t <= time) ?? this.recording.scene;
-    return { keep_outs: keep_outs ?? [], area: area ?? [] };
+    const { keep_outs, area, no_go } = this.settings.findLast(({ t }) => t <= time) ?? this.recording.scene;
+    return { keep_outs: keep_outs ?? [], area: area ?? [], no_go: no_go ?? [] };
   }
 
   /**
-   * Takes the discs and area of a live mission's setting from `t` on.
+   * Takes the discs and areas of a live mission's setting from `t` on.
    * @param {number} t
-   * @param {{ keep_outs?: Scene["keep_outs"] | null, area?: Scene["area"] | null }} setting
+   * @param {{ [bound in keyof Bounds]?: Bounds[bound] | null }} setting
    */
   take(t, setting) {
     const before = this.at(t);
-    const { keep_outs = before.keep_outs, area = before.area } = setting;
-    this.settings = this.settings.filter((other) => other.t !== t).concat({ t, keep_outs: keep_outs ?? [], area: area ?? [] }).sort((a, b) => a.t - b.t);
+    const { keep_outs = before.keep_outs, area = before.area, no_go = before.no_go } = setting;
+    this.settings = this.settings.filter((other) => other.t !== t).concat({ t, keep_outs: keep_outs ?? [], area: area ?? [], no_go: no_go ?? [] }).sort((a, b) => a.t - b.t);
   }
 
   /** Where the craft was beyond a limit until `time`: an entry for each stay, where that was farthest. @param {number} time */
@@ -55,7 +67,7 @@ export class Limits {
   /** @param {number} i a place of the craft */
   look(i) {
     const { found, now, recording } = this, { craft, scene: { range_max_m: range } } = recording;
-    const [t, north, east] = ["t", "north", "east"].map((name) => craft.column(name)[i]), { keep_outs, area } = this.at(t);
+    const [t, north, east] = ["t", "north", "east"].map((name) => craft.column(name)[i]), { keep_outs, area, no_go } = this.at(t);
     const take = (/** @type {string} */ key, /** @type {string} */ limit, /** @type {number} */ beyond) => {
       const open = now.get(key);
       if (!(beyond > NOTICEABLE_M)) now.delete(key);
@@ -67,12 +79,31 @@ export class Limits {
       } else Object.assign(open, { to: t }, beyond > open.beyond && { t, north, east, beyond });
     };
     for (const disc of keep_outs) take(`disc ${disc.north_m} ${disc.east_m} ${disc.radius_m}`, "inside a keep-out", disc.radius_m - Math.hypot(north - disc.north_m, east - disc.east_m));
+    no_go.forEach(({ polygon, holes = [] }, i) => take(`no-go ${i}`, "inside a no-go area", inside([polygon, ...holes], north, east)));
     if (area.length) take("area", "outside the area", outside(area, north, east));
     for (const [id, series] of range ? recording.places : []) {
       const [n, e, depth] = ["north", "east", "depth"].map((name) => series.at(name, t));
       take(`range ${id}`, `out of acoustic range of ${id}`, Math.hypot(north - n, east - e, depth || 0) - (range ?? Infinity));
     }
   }
+}
+
+/** Distance of a point from the border of a polygon, m. @param {[number, number][]} corners @param {number} north @param {number} east */
+function off(corners, north, east) {
+  return corners.reduce((nearest, [n0, e0], i) => {
+    const [n1, e1] = corners[(i + 1) % corners.length], [dn, de] = [n1 - n0, e1 - e0];
+    const along = Math.min(Math.max(((north - n0) * dn + (east - e0) * de) / (dn * dn + de * de || 1), 0), 1);
+    return Math.min(nearest, Math.hypot(north - n0 - along * dn, east - e0 - along * de));
+  }, Infinity);
+}
+
+/** Depth of a point in a polygon with holes, m; 0 outside. @param {[number, number][][]} rings @param {number} north @param {number} east */
+function inside(rings, north, east) {
+  const met = (/** @type {[number, number][]} */ ring) => ring.filter(([n0, e0], i) => {
+    const [n1, e1] = ring[(i + 1) % ring.length];
+    return north < n0 !== north < n1 && east < e0 + ((north - n0) / (n1 - n0)) * (e1 - e0);
+  }).length;
+  return rings.reduce((sum, ring) => sum + met(ring), 0) % 2 ? Math.min(...rings.map((ring) => off(ring, north, east))) : 0;
 }
 
 /**
@@ -82,14 +113,5 @@ export class Limits {
  * @param {number} east
  */
 function outside(corners, north, east) {
-  let [nearest, left, right] = [Infinity, false, false];
-  corners.forEach(([n0, e0], i) => {
-    const [n1, e1] = corners[(i + 1) % corners.length], [dn, de] = [n1 - n0, e1 - e0];
-    const along = Math.min(Math.max(((north - n0) * dn + (east - e0) * de) / (dn * dn + de * de || 1), 0), 1);
-    nearest = Math.min(nearest, Math.hypot(north - n0 - along * dn, east - e0 - along * de));
-    const side = dn * (east - e0) - de * (north - n0);
-    left ||= side < 0;
-    right ||= side > 0;
-  });
-  return left && right ? nearest : 0;
+  return inside([corners], north, east) ? 0 : off(corners, north, east);
 }

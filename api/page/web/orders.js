@@ -1,7 +1,6 @@
 // Orders to a mission, for callers whose role allows them.
 
 import { el, fill } from "./dom.js";
-import { RouteDraft } from "./route_form.js";
 import { askJson, freshKey, Refusal, send } from "./service.js";
 
 /**
@@ -61,9 +60,8 @@ export function ordersOf(mission, context, { done, redraw }) {
  * @param {{ done: (mission: MissionJson) => void, redraw: () => void, path: string, said: HTMLElement }} how
  */
 function byHand(give, patch, { done, redraw, path, said }) {
-  const place = el("div"), route = new RouteDraft(give, (paths) => patch({ paths }));
-  route.changed = redraw;
-  let form = /** @type {import("./order_form.js").OrderForm | undefined} */ (undefined), last = /** @type {[MissionJson, boolean] | undefined} */ (undefined), sending = false;
+  const place = el("div");
+  let form = /** @type {import("./order_form.js").OrderForm | undefined} */ (undefined), files = /** @type {import("./no_go_form.js").FileOrders | undefined} */ (undefined), last = /** @type {[MissionJson, boolean] | undefined} */ (undefined), sending = false;
   const change = (/** @type {object} */ setting) => {
     sending = true;
     /** @type {unknown} */
@@ -83,15 +81,15 @@ function byHand(give, patch, { done, redraw, path, said }) {
   };
   const became = (/** @type {MissionJson} */ now, /** @type {boolean} */ disabled) => {
     last = [now, disabled];
-    route.became(now.scene?.auvs ?? [], disabled);
+    files?.became(now, disabled);
     const others = form?.became(now, disabled);
     if (others && !sending) fill(said, others);
   };
   const load = async () => {
     try {
-      const { OrderForm } = await import("./order_form.js");
-      form = new OrderForm(change, redraw);
-      fill(place, form.element);
+      const [{ OrderForm }, { FileOrders }] = await Promise.all([import("./order_form.js"), import("./no_go_form.js")]);
+      [form, files] = [new OrderForm(change, redraw), new FileOrders(give, patch, redraw)];
+      fill(place, form.element, files.element);
       if (last) became(...last);
     } catch (error) {
       fill(place, `The form could not be loaded (${error}). `, el("button", { type: "button", onclick: load }, "Try again"));
@@ -102,12 +100,12 @@ function byHand(give, patch, { done, redraw, path, said }) {
   const tool = {
     overlay: (picture, frame) => {
       const drawn = form?.overlay(picture, frame) ?? { lines: [], discs: [], marks: [] };
-      return { ...drawn, lines: [...drawn.lines, ...route.lines(picture.origin)] };
+      return { ...drawn, lines: [...drawn.lines, ...files?.lines(picture.origin) ?? []] };
     },
-    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => route.picks || Boolean(form?.aims()), draws: () => route.picks || Boolean(form?.draws()),
-    tap: (at, near) => { if (route.picks) route.place(at.north, at.east); else form?.tap(at, near); }, takeFile: (file) => route.takeFile(file),
+    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => Boolean(files?.route.picks || form?.aims()), draws: () => Boolean(files?.route.picks || form?.draws()),
+    tap: (at, near) => { if (files?.route.picks) files.route.place(at.north, at.east); else form?.tap(at, near); }, takeFile: (file) => files?.takeFile(file),
   };
-  return { element: el("div", { class: "by-hand" }, place, route.element), became, tool };
+  return { element: el("div", { class: "by-hand" }, place), became, tool };
 }
 
 /** @param {Refusal} refusal */

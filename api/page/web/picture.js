@@ -3,6 +3,7 @@
 import { figureEllipses, figureLine, placeMarks } from "./figure.js";
 import { auvColour } from "./dom.js";
 import { number } from "./format.js";
+import { noGoLines } from "./limits.js";
 import { addVessels, vesselsOf } from "./traffic.js";
 import { addTour, visitsAt } from "./visits.js";
 
@@ -66,9 +67,10 @@ export function pictureAt(runs, t, layers, background) {
 
 /** @param {Picture} picture @param {Recording} recording @param {number} t @param {Layers} layers */
 function bounds(picture, recording, t, layers) {
-  const { keep_outs, area } = recording.limits.at(t), { paths = {} } = recording.scene;
+  const { keep_outs, area, no_go } = recording.limits.at(t), { paths = {} } = recording.scene;
   if (layers.paths) for (const [id, points] of Object.entries(paths)) picture.lines.push({ points, colour: "line", style: "wide", name: `path of ${id}` });
   if (!layers.bounds) return;
+  picture.lines.push(...noGoLines(no_go));
   if (area.length) picture.lines.push({ points: area, colour: "bad", style: "area", closed: true, name: "area" });
   for (const disc of keep_outs) picture.discs.push({ north: disc.north_m, east: disc.east_m, radius: disc.radius_m, colour: "bad", style: "keep-out" });
 }

@@ -5,6 +5,7 @@ import { auvColour, el, fill, swatch } from "./dom.js";
 import { methodName, number } from "./format.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
+import { noGoLines } from "./limits.js";
 import { violationWords } from "./picture.js";
 import { tangentPlane } from "./background.js";
 import { addVessels, vesselsOf } from "./traffic.js";
@@ -93,6 +94,7 @@ export class PlanPicture {
       const [north, east] = placeOf(disc, mpc.origin);
       picture.discs.push({ north, east, radius: disc.radius_m, colour: "bad", style: "keep-out" });
     }
+    picture.lines.push(...noGoLines(request.no_go ?? [], (corner) => placeOf(corner, mpc.origin)));
     if (request.area?.length) picture.lines.push({ points: request.area.map((/** @type {any} */ point) => placeOf(point, mpc.origin)), colour: "bad", style: "area", closed: true });
     for (const stretch of stretches(mpc.goal.trajectory)) picture.lines.push({ points: line(stretch), colour: "goal", style: "wide" });
     for (const [i, target] of mpc.targets.entries()) this.addTarget(picture, target, auvColour(i), request.acoustics?.range_max_m);

@@ -28,8 +28,11 @@ export type Gains = { look_ahead_m: number, along_track_gain_per_s: number, inte
 
 export type Fault = { from_s: number, until_s?: number | null, what: string };
 
+/** A polygon to keep out of, and its holes. */
+export type NoGo = { polygon: [number, number][], holes?: [number, number][][], name?: string };
+
 export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains | null, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
-  keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], range_max_m?: number,
+  keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], no_go?: NoGo[], range_max_m?: number,
   paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
 
 export type MissionJson = { id: string, title: string, kind: string, status: string, t_s: number, plan?: PlanSummary, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
@@ -55,7 +58,7 @@ export type TrackLayer = { track: Track, from: number, to: number, colour: strin
 /** What is `aside` is not what the map is fitted to. */
 export type Vehicle = { kind: "craft" | "auv" | "vessel" | "still", north: number, east: number, heading: number, colour: string, name?: string, note?: string, stale?: boolean, aside?: boolean };
 
-export type Line = { points: [number, number][], colour: string, style: Stroke | "area", closed?: boolean, name?: string, aside?: boolean };
+export type Line = { points: [number, number][], colour: string, style: Stroke | "area" | "land", closed?: boolean, name?: string, aside?: boolean };
 
 export type Disc = { north: number, east: number, radius: number, colour: string, style: "keep-out" | "acoustic" | "separation" };
 
