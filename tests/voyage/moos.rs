@@ -111,7 +111,7 @@ pub(super) fn messages(bytes: &[u8]) -> Vec<MavMessage> {
             let value = text.split_once('=').and_then(|(_, value)| value.parse::<f64>().ok());
             match key {
                 "PILOTFISH_HEADING" => heading = value,
-                "PILOTFISH_SPEED" => all.extend(heading.zip(value).map(|both| reference(both))),
+                "PILOTFISH_SPEED" => all.extend(heading.zip(value).map(reference)),
                 "PILOTFISH_STATE" => all.push(said(text)),
                 _ => {}
             }
