@@ -39,8 +39,8 @@ fn a_voyage_without_faults_has_no_alarm() {
 #[test]
 fn every_claim_holds_on_other_wires() {
     let wire = Wire::Moos;
-    unbroken(1..41, Course { wire, ..COURSE });
-    unbroken(2..4, Course { wire, is_nominal: true, ..COURSE });
+    unbroken(1..11, Course { wire, ..COURSE });
+    unbroken(2..3, Course { wire, is_nominal: true, ..COURSE });
 }
 
 #[test]

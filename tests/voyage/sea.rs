@@ -391,8 +391,9 @@ impl Sea {
         let (world, known) = (&self.world, &mut state.known);
         world.note("bridge", format!("reference {speed:.3} m/s, {heading:.3} rad"));
         let Limits { speed_max, turn_rate_max, acceleration_max } = self.limits;
-        // `autopilot` has limits of its own: 2 m/s, 1 m/s², 120°/s.
-        let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
+        // `autopilot` has limits of its own, which MAVLink tells: 2 m/s, 1 m/s², 120°/s.
+        let told = if world.course.wire == Wire::Mavlink { [2.0, 1.0] } else { [f64::INFINITY; 2] };
+        let (speed_max, acceleration_max) = (speed_max.min(told[0]), acceleration_max.min(told[1]));
         world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
             format!("{speed} m/s, at most {speed_max} are allowed")
         });
@@ -448,7 +449,9 @@ impl Sea {
         ];
         let doubt = doubts.into_iter().find(|(_, found, most)| most < found);
         drop(now);
-        world.claim("position", !is_clean || unknown <= 1.4, || {
+        // On a MOOSDB it just ceases.
+        let most = if world.course.wire == Wire::Moos { 3.4 } else { 1.4 };
+        world.claim("position", !is_clean || unknown <= most, || {
             format!("it has been unknown for {unknown:.2} s")
         });
         world.claim("doubts", !is_clean || doubt.is_none(), || format!("{doubt:?}"));

@@ -136,7 +136,8 @@ async fn files_and_routes_and_names_in_backticks_exist() {
 }
 
 /// Names of other programs.
-const OF_OTHERS: [&str; 3] = ["rmw_fastrtps_cpp", "sim_vehicle", "transient_local"];
+const OF_OTHERS: [&str; 5] =
+    ["duration_reset", "rmw_fastrtps_cpp", "sim_vehicle", "tardy_helm_threshold", "transient_local"];
 
 /// A route whose parameters are all called the same.
 fn without_names(route: &str) -> String {

@@ -129,7 +129,7 @@ impl MoosClient {
             let number = |key, number| Message { number, ..self.message(NOTIFY, key, now) };
             return packet(&[number("DESIRED_HEADING", heading), number("DESIRED_SPEED", speed)]);
         }
-        let (heading, speed) = (format!("heading={heading:.2}"), format!("speed={speed:.3}"));
+        let (heading, speed) = (format!("heading={heading:.4}"), format!("speed={speed:.5}"));
         let active = ("PILOTFISH_ACTIVE", "true".to_owned());
         self.texts(now, &[("PILOTFISH_HEADING", heading), ("PILOTFISH_SPEED", speed), active])
     }

@@ -160,8 +160,8 @@ async fn references_are_updates_of_two_behaviours_or_desired_on_request() {
     let text = |key: &str, text: &str| (NOTIFY, key.to_owned(), 0.0, Some(text.to_owned()));
     let number = |key: &str, number| (NOTIFY, key.to_owned(), number, None);
     let updates = vec![
-        text("PILOTFISH_HEADING", "heading=270.00"),
-        text("PILOTFISH_SPEED", "speed=1.250"),
+        text("PILOTFISH_HEADING", "heading=270.0000"),
+        text("PILOTFISH_SPEED", "speed=1.25000"),
         text("PILOTFISH_ACTIVE", "true"),
     ];
     let desired = vec![number("DESIRED_HEADING", 270.0), number("DESIRED_SPEED", 1.25)];
