@@ -59,7 +59,7 @@ pub(crate) enum Bridge {
         rest: Following,
         /// Start FollowReference, once. Without it a person does, with the bridge's number as
         /// control source.
-        #[arg(long, conflicts_with = "preflight")]
+        #[arg(long, conflicts_with_all = ["preflight", "headings"])]
         take_control: bool,
         /// Check for this time, s, as `pilotfish preflight` does, and steer nothing.
         #[arg(long, value_name = "S", num_args = 0..=1, default_missing_value = "60",
