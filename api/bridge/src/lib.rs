@@ -1,7 +1,7 @@
 //! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics, moos → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
+//! bytes ─ mavlink, nmea, imc, moos, acoustics → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
 //! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←─┘
 //! ```
 //!

@@ -48,7 +48,7 @@ pub enum Endpoint {
 /// A text that is not an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is not a wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+    "{0:?} is not a wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT, imc:ADDRESS:PORT or serial:DEVICE:BAUD"
 )]
 pub struct InvalidEndpoint(String);
 
@@ -337,12 +337,14 @@ mod tests {
 
     #[test]
     fn endpoints_are_read_and_other_texts_rejected_with_the_syntax() {
-        let good = "udp:0.0.0.0:14550 udpout:localhost:14551 tcp:[::1]:5760 serial:/dev/ttyUSB0:57600";
+        let good = "udp:0.0.0.0:14550 udpout:localhost:14551 tcp:[::1]:5760 serial:/dev/ttyUSB0:57600 \
+                    imc:10.0.2.1:6010";
         for text in good.split(' ') {
             let endpoint: Endpoint = text.parse().expect("an endpoint");
             assert_eq!(endpoint.to_string(), text);
         }
-        let wrong = "tcp tcp: tcp::5760 tcp:localhost:70000 serial:/dev/ttyUSB0:0 i2c:a:1";
+        let wrong =
+            "tcp tcp: tcp::5760 tcp:localhost:70000 serial:/dev/ttyUSB0:0 i2c:a:1 imc:0.0.0.0:1 imc:host:1";
         for text in wrong.split(' ').chain([""]) {
             let error = text.parse::<Endpoint>().expect_err("no endpoint");
             assert!(error.to_string().contains("tcp:HOST:PORT"), "{error}");

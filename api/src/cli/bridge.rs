@@ -67,7 +67,7 @@ pub(crate) enum Bridge {
         rest: Following,
         /// Start FollowReference, once. Without it a person does, with the bridge's number as
         /// control source.
-        #[arg(long)]
+        #[arg(long, conflicts_with = "headings")]
         take_control: bool,
     },
 }

@@ -124,9 +124,11 @@ impl ImcLink {
         self.to(ALL, Heartbeat {});
     }
 
-    /// Starts FollowReference under the bridge's control.
+    /// Starts FollowReference under the bridge's control. Nobody but a person sets EXTERNAL.
     pub(crate) fn start(&mut self) {
-        self.plan(START);
+        if !self.settings.headings {
+            self.plan(START);
+        }
     }
 
     /// Asks once whether DUNE takes a plan of FollowReference, by loading it where nothing is under

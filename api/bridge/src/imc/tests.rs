@@ -332,6 +332,8 @@ async fn a_reference_is_a_place_ahead_of_the_craft_and_a_stop_its_own_place() {
 async fn by_headings_each_reference_is_a_heading_and_a_speed() {
     let (mut link, sent, mut say) = link(true);
     say(&mut link, CRAFT, announced("asv").into());
+    link.start();
+    assert_eq!(sent(), [], "a person sets EXTERNAL");
     link.reference(&Asked { speed: 1.5, heading: -2.0 }, 1.0);
     link.release(0.0);
     let messages: Vec<Message> = sent().into_iter().filter_map(|packet| packet.message).collect();
