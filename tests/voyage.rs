@@ -30,6 +30,7 @@ mod moos;
 mod operator;
 mod planners;
 mod sea;
+mod ships;
 mod shown;
 
 use bridge::BridgeProcess;
@@ -270,6 +271,7 @@ async fn sailed(seed: u64, mut course: Course, log: Log) -> Voyage {
     sailing.abort();
     bridge.kill();
     host.check_at_the_end().await;
+    sea.expect_told_of_silence();
     let pauses = std::mem::take(&mut world.now().pauses);
     let is_shared = 1 < host.n_services;
     world.checker().expect_names(&faults, &pauses, course, is_shared);

@@ -31,6 +31,8 @@ one owner: two services: only the owner of a mission stores its events and answe
 take-over: two services: 2.75 s after one is gone the other has its missions, and the craft is steered on
 replay: service: every plan can be made again, to the byte
 named: bridge, service: each fault is named in the mission's log, with its consequence for the craft
+clear: all: the craft keeps its distance from vessels that are heard and keep their course
+silence: service: the operator is told of a vessel that is not heard any more
 no alarm: bridge: without faults there is no alarm";
 
 /// Every claim: its name, and the part with its promise.

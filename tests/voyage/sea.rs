@@ -14,6 +14,7 @@ use rand::{Rng as _, RngExt as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
+use super::ships::{self, Ship};
 use super::{CLEAR_S, Wire, World, faults::Kind, lock, moos, planners, rng};
 use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
 
@@ -73,6 +74,9 @@ struct State {
     stops: bool,
     is_noisy: bool,
     fix_due_s: f64,
+    ships: Vec<Ship>,
+    /// Time since which the boat is steered without a fault, s.
+    undisturbed_since_s: f64,
     step: u64,
     /// Newest text of the bridge to the ground station, and time of its last heartbeat, s.
     text: String,
@@ -126,24 +130,39 @@ impl Sea {
         if is_moos || world.course.is_dry && seed % 2 == 1 {
             (boat.mode, boat.is_armed) = (GUIDED, true);
         }
-        let mut rng = rng(seed, 4);
+        let (mut draws, course) = (rng(seed, 4), world.course);
+        let mut limits = Limits {
+            speed_max: draws.random_range(0.9..2.5),
+            turn_rate_max: draws.random_range(0.1..1.0),
+            acceleration_max: draws.random_range(0.05..0.6),
+        };
+        let auv = (
+            Vector2::new(draws.random_range(-20.0..20.0), draws.random_range(10.0..30.0)),
+            draws.random_range(-3.0..3.0),
+        );
+        let meets = course.only.is_none() && !course.is_dry && !is_moos;
+        let ships = if meets {
+            ships::drawn(&mut rng(seed, 10), seed, auv, AUV_SPEED, course.duration_s)
+        } else {
+            vec![]
+        };
+        if !ships.is_empty() {
+            // Keeping clear takes full speed for minutes, and the autopilot allows 2 m/s: a plan of more
+            // would find that the craft does not follow.
+            limits.speed_max = limits.speed_max.min(2.0);
+        }
         Self {
             world: Arc::clone(world),
-            limits: Limits {
-                speed_max: rng.random_range(0.9..2.5),
-                turn_rate_max: rng.random_range(0.1..1.0),
-                acceleration_max: rng.random_range(0.05..0.6),
-            },
+            limits,
             state: Mutex::new(State {
                 boat,
                 stops,
                 is_noisy,
-                auv: (
-                    Vector2::new(rng.random_range(-20.0..20.0), rng.random_range(10.0..30.0)),
-                    rng.random_range(-3.0..3.0),
-                ),
-                rng,
+                auv,
+                rng: draws,
                 fix_due_s: 0.0,
+                ships,
+                undisturbed_since_s: 0.0,
                 step: 0,
                 text: String::new(),
                 heartbeat_s: f64::NEG_INFINITY,
@@ -293,6 +312,9 @@ impl Sea {
                 });
             }
         }
+        bytes.extend(
+            state.ships.iter_mut().filter_map(|ship| ship.says(t_s)).flat_map(|said| frame(SYSTEM, &said)),
+        );
         state.step += 1;
 
         let is_bad = now.has(Kind::BadWire);
@@ -311,6 +333,10 @@ impl Sea {
         let is_cut = now.has(Kind::WireCut);
         let may_steer = !now.is_paused && !self.world.course.is_dry;
         let is_due = CLEAR_S <= now.quiet_s(t_s) && may_steer && state.input.is_some();
+        let is_steered = is_ours && state.input.is_some() && t_s - state.known.sent_s < 3.0;
+        if !is_steered || now.is_paused || !now.is_quiet() {
+            state.undisturbed_since_s = t_s;
+        }
         drop(now);
         let boat = &state.boat;
         let (mode, armed) = (boat.mode, boat.is_armed);
@@ -319,6 +345,16 @@ impl Sea {
             self.world.claim("resumes", silent_s < 2.0, || {
                 format!("no reference for {silent_s:.1} s; mode {mode}, armed {armed}")
             });
+        }
+        if state.step.is_multiple_of(10) {
+            let steered_s = t_s - state.undisturbed_since_s;
+            for clearance in
+                state.ships.iter().filter_map(|ship| ship.clearance(t_s, &boat.position, steered_s))
+            {
+                self.world.claim("clear", 0.0 <= clearance, || {
+                    format!("a vessel that keeps its course is {:.1} m too near", -clearance)
+                });
+            }
         }
         if state.step.is_multiple_of(100) {
             let (north, east, speed) = (boat.position.x, boat.position.y, boat.speed);
@@ -330,6 +366,15 @@ impl Sea {
             pieces.insert(0, (0.0, vec![]));
         }
         (state.input.clone(), pieces)
+    }
+
+    /// Checks that the mission's log has the warning of a vessel that is not heard any more.
+    pub(super) fn expect_told_of_silence(&self) {
+        let (t_s, state) = (self.world.t_s(), lock(&self.state));
+        if self.world.course.is_nominal && state.ships.iter().any(|ship| ship.is_missed(t_s)) {
+            let is_told = self.world.checker().log.iter().any(|line| line == "vessel_stale");
+            self.world.claim("silence", is_told, || "no warning of the silent vessel".to_owned());
+        }
     }
 
     /// Takes and checks the messages of the bridge.
