@@ -338,6 +338,16 @@ impl Sea {
             state.undisturbed_since_s = t_s;
         }
         drop(now);
+        self.check(state, t_s, is_due);
+        let mut pieces = carried(bytes, is_bad, is_cut, self.world.course.wire, &mut state.rng);
+        if !is_cut && std::mem::take(&mut state.is_opened) {
+            pieces.insert(0, (0.0, vec![]));
+        }
+        (state.input.clone(), pieces)
+    }
+
+    /// Checks the boat of `state`, for which a reference may be due.
+    fn check(&self, state: &State, t_s: f64, is_due: bool) {
         let boat = &state.boat;
         let (mode, armed) = (boat.mode, boat.is_armed);
         if state.step.is_multiple_of(10) && is_due {
@@ -361,11 +371,6 @@ impl Sea {
             let what = format!("boat at {north:.2}, {east:.2} m, {speed:.2} m/s, mode {mode}, armed {armed}");
             self.world.note("sea", what);
         }
-        let mut pieces = carried(bytes, is_bad, is_cut, self.world.course.wire, &mut state.rng);
-        if !is_cut && std::mem::take(&mut state.is_opened) {
-            pieces.insert(0, (0.0, vec![]));
-        }
-        (state.input.clone(), pieces)
     }
 
     /// Checks that the mission's log has the warning of a vessel that is not heard any more.
