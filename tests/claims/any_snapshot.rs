@@ -4,7 +4,7 @@
 //! `SNAPSHOTS=100000 cargo test --release -p tests --test claims any_snapshot -- --nocapture` tries
 //! that many and prints how they were answered.
 
-use std::{collections::BTreeMap, f64::consts::PI};
+use std::{collections::BTreeMap, f64::consts::PI, iter};
 
 use nalgebra::Vector2;
 use planner::{
@@ -469,7 +469,18 @@ impl<'a> Forward<'a> {
                 let sigma = 2.0 * vessel.sigma_m.unwrap_or(10.0).hypot(grown);
                 separation + 0.5 * vessel.length_m.unwrap_or(20.0) + sigma.min(50.0)
             };
-            let there = seen.position + velocity * (begin * (1.0 - share) + end * share);
+            let after = vessel.plan.iter().map(|[time, n, e]| (time - self.scene.t_s, Vector2::new(*n, *e)));
+            let known: Vec<_> =
+                iter::once((0.0, seen.position)).chain(after.filter(|(ahead, _)| 0.0 < *ahead)).collect();
+            // Along its plan, and after it by the last leg.
+            let place = |ahead: f64| {
+                let leg = known.windows(2).find(|leg| ahead <= leg[1].0).or(known.windows(2).last());
+                let Some(&[(t0, from), (t1, to)]) = leg else { return seen.position + velocity * ahead };
+                let way = to - from;
+                let beyond = (way / (t1 - t0).max(0.1)).cap_magnitude(60.0) * (ahead - t1).max(0.0);
+                from + way * ((ahead - t0) / (t1 - t0)).min(1.0) + beyond
+            };
+            let there = place(begin) * (1.0 - share) + place(end) * share;
             kept(begin) * (1.0 - share) + kept(end) * share - (self.position - there).norm()
         };
         vessels.map(too_near).fold(0.0, f64::max)
