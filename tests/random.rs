@@ -200,11 +200,23 @@ impl Draw {
                 heading_rad: self.chance(0.3).then(|| self.angle()),
                 length_m: self.chance(0.7).then(|| self.number((5.0, 100.0), (1.0, 500.0))),
                 sigma_m: self.chance(0.5).then(|| self.number((1.0, 20.0), (0.0, 1.0e4))),
+                plan: self.vessel_plan(place, time),
                 status: [VesselStatus::UnderWay, VesselStatus::AtAnchor][usize::from(self.chance(0.2))],
             }
         };
         let vessels = (0..n_vessels).map(vessel).collect();
         (vessels, self.chance(0.7).then(|| self.number((5.0, 60.0), (1.0, 2.0e3))))
+    }
+
+    /// A third of the vessels say where they will be.
+    fn vessel_plan(&mut self, from: Vector2<f64>, time: f64) -> Vec<[f64; 3]> {
+        let (n, mut at) = (if self.chance(0.67) { 0 } else { self.rng.random_range(1..33) }, time - 10.0);
+        let mut point = |_| {
+            at += self.number((1.0, 20.0), (1.0e-3, 1.0e4));
+            let place = self.place(from, 200.0);
+            [at, place.x, place.y]
+        };
+        (0..n).map(&mut point).collect()
     }
 
     fn current(&mut self) -> Current {

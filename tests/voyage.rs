@@ -26,9 +26,11 @@ mod checker;
 mod database;
 mod faults;
 mod host;
+mod moos;
 mod operator;
 mod planners;
 mod sea;
+mod ships;
 mod shown;
 
 use bridge::BridgeProcess;
@@ -67,6 +69,18 @@ pub struct Course {
     pub is_shared: Option<bool>,
     /// `true`: the bridge may not move the boat, which with an odd seed is guided and armed.
     pub is_dry: bool,
+    /// What the boat speaks.
+    pub wire: Wire,
+}
+
+/// A wire to a boat.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wire {
+    /// A stream that may be damaged.
+    #[default]
+    Mavlink,
+    /// A connection to a MOOSDB, which may be cut or delayed.
+    Moos,
 }
 
 /// Result of a voyage.
@@ -257,6 +271,7 @@ async fn sailed(seed: u64, mut course: Course, log: Log) -> Voyage {
     sailing.abort();
     bridge.kill();
     host.check_at_the_end().await;
+    sea.expect_told_of_silence();
     let pauses = std::mem::take(&mut world.now().pauses);
     let is_shared = 1 < host.n_services;
     world.checker().expect_names(&faults, &pauses, course, is_shared);

@@ -5,7 +5,7 @@
 use std::{collections::BTreeMap, process::ExitCode, time::Instant};
 
 use clap::Parser;
-use tests::voyage::{self, Course, Kind, Voyage, sail, sail_all};
+use tests::voyage::{self, Course, Kind, Voyage, Wire, sail, sail_all};
 
 #[derive(Debug, Parser)]
 struct Arguments {
@@ -24,6 +24,9 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
+    /// The boat's wire: mavlink or moos.
+    #[arg(long, default_value = "mavlink", value_parser = wire)]
+    wire: Wire,
     /// Displays after each fault, a line of JSON a look, for `tests/browser/shown.mjs`.
     #[arg(long)]
     shown: bool,
@@ -38,12 +41,21 @@ struct Arguments {
     jobs: Option<usize>,
 }
 
+fn wire(name: &str) -> Result<Wire, String> {
+    match name {
+        "mavlink" => Ok(Wire::Mavlink),
+        "moos" => Ok(Wire::Moos),
+        _ => Err("mavlink or moos".to_owned()),
+    }
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let course = Course {
         duration_s: arguments.duration,
         is_nominal: arguments.nominal,
         is_shared: arguments.shared,
+        wire: arguments.wire,
         ..Course::default()
     };
     if arguments.shown {

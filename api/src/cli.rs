@@ -82,10 +82,10 @@ enum Command {
     Crafts(crafts::Crafts),
     /// Connect a craft's autopilot to a live mission.
     #[command(subcommand)]
-    Bridge(bridge::Bridge),
+    Bridge(Box<bridge::Bridge>),
     /// Check everything that a bridge needs before departure: clocks, fixes, heading, current,
     /// parameters.
-    Preflight(bridge::Preflight),
+    Preflight(Box<bridge::Preflight>),
     /// Recompute every plan of a stored mission and compare.
     Replay(replay::Replay),
     /// Copy the mission log and the tokens; the service may be running.
@@ -198,7 +198,7 @@ impl Arguments {
             #[cfg(feature = "laboratory")]
             Some(Command::Identify(arguments)) => identify::identify(&arguments)?,
             Some(Command::Crafts(arguments)) => crafts::crafts(&arguments)?,
-            Some(Command::Bridge(arguments)) => bridge::bridge(arguments, config)?,
+            Some(Command::Bridge(arguments)) => bridge::bridge(*arguments, config)?,
             Some(Command::Preflight(arguments)) => bridge::preflight(&arguments, config)?,
             Some(Command::Replay(arguments)) => replay::replay(&arguments, config)?,
             Some(Command::Backup(arguments)) => backup::back_up(&arguments, &config.data, &config.tokens())?,

@@ -30,7 +30,7 @@ pub use crate::facts::{
         MapNumber, NO_GO_CORNERS_MAX, NO_GO_MAX, OFFSET_MAX, RANGE_FROM_WITHIN, REPORT_AGE_MAX,
         REPORT_AHEAD_MAX, REPORT_SIGMA_MAX, REPORT_SIGMA_MIN, REPORTS_MAX, Range, SPEED_MAX_MOST, STEP,
         STEPS_COUNT, SURFACING_SEPARATION, TIME, TIME_CONSTANT, TIME_MAX, TRAJECTORY_POINTS_MAX,
-        VESSEL_SEPARATION, VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
+        VESSEL_PLAN_LENGTH, VESSEL_SEPARATION, VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
     },
     reference::TrajectoryPoint,
     schedule::{Alternative, CostUnit, LeftOut, Schedule, ServedVehicle, Visit},

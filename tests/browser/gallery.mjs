@@ -14,8 +14,8 @@ import { flown, PROGRAM, startService } from "./service.mjs";
 /** A point is left out if the line without it misses it by less than this share of the extent. */
 const MISS_MAX = 0.02;
 const MARGIN = 10;
-/** Scenarios whose goal is where the planner chooses, or that a law does not know: it sees no vessels. */
-const VISITS = /^(visit|localise|traffic)-/;
+/** Scenarios whose goal is where the planner chooses, or that a law does not know: it sees neither vessels nor no-go areas. */
+const VISITS = /^(visit|localise|traffic|no-go)-/;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
 /** A law that goes round the goal and not to it is no opponent. */

@@ -17,6 +17,7 @@ use tower::ServiceExt as _;
 
 mod changes;
 mod earth;
+mod fleet;
 mod harness;
 mod laws;
 mod orders;

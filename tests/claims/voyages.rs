@@ -2,12 +2,18 @@
 
 use std::ops::Range;
 
-use tests::voyage::{Course, Kind, Voyage, sail, sail_all};
+use tests::voyage::{Course, Kind, Voyage, Wire, sail, sail_all};
 
 const SEEDS: u64 = 200;
 
-const COURSE: Course =
-    Course { duration_s: 100.0, is_nominal: false, only: None, is_shared: None, is_dry: false };
+const COURSE: Course = Course {
+    duration_s: 100.0,
+    is_nominal: false,
+    only: None,
+    is_shared: None,
+    is_dry: false,
+    wire: Wire::Mavlink,
+};
 
 /// The voyages of `seeds`, in which every claim holds.
 fn unbroken(seeds: Range<u64>, course: Course) -> Vec<Voyage> {
@@ -31,6 +37,13 @@ fn a_voyage_without_faults_has_no_alarm() {
 }
 
 #[test]
+fn every_claim_holds_on_other_wires() {
+    let wire = Wire::Moos;
+    unbroken(1..11, Course { wire, ..COURSE });
+    unbroken(2..3, Course { wire, is_nominal: true, ..COURSE });
+}
+
+#[test]
 fn a_dry_run_reports_and_moves_nothing() {
     let dry = Course { is_nominal: true, is_dry: true, ..COURSE };
     for voyage in unbroken(1..3, dry) {
@@ -45,9 +58,10 @@ const LATER_S: [(Kind, f64); 2] = [(Kind::AuvSilent, 15.0), (Kind::RudderStuck, 
 
 #[test]
 fn no_display_reports_steering_three_seconds_after_a_fault() {
-    for kind in Kind::SHOWN {
+    let wires = [Wire::Mavlink, Wire::Moos];
+    for (kind, wire) in Kind::SHOWN.into_iter().flat_map(|kind| wires.map(|wire| (kind, wire))) {
         let only = Some(kind);
-        let voyage = sail(1, Course { only, ..COURSE });
+        let voyage = sail(1, Course { only, wire, ..COURSE });
         let later = LATER_S.into_iter().find(|(late, _)| *late == kind);
         let after_s = later.map_or(3.0, |(_, after_s)| after_s);
         let mut seen = 0;
@@ -57,7 +71,7 @@ fn no_display_reports_steering_three_seconds_after_a_fault() {
                 seen += 1;
             }
         }
-        assert!(2 <= seen, "{kind}");
+        assert!(2 <= seen, "{kind} {wire:?}");
     }
 }
 

@@ -16,7 +16,7 @@ use tokio::task::JoinHandle;
 use super::faults::Kind;
 use super::host::{Host, Request};
 use super::sea::{AUV, Limits, Sea};
-use super::{World, lock, rng};
+use super::{Wire, World, lock, rng};
 
 pub(super) struct BridgeProcess {
     world: Arc<World>,
@@ -34,7 +34,7 @@ impl BridgeProcess {
         let mut settings = Settings {
             rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
             report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
-            take_control: true,
+            take_control: world.course.wire == Wire::Mavlink,
             dry_run: world.course.is_dry,
             ..Settings::default()
         };
@@ -67,10 +67,13 @@ impl BridgeProcess {
         self.world.note("bridge", "starts");
         self.sea.new_bridge(1.0 / self.settings.rate_hz);
         let settings = Settings { nmea: vec![], modems: vec![], ..self.settings };
-        let autopilot = AutopilotSettings::Mavlink {
-            connect: "tcp:boat:5760".parse().expect("is an endpoint"),
-            system: None,
-            auvs: BTreeMap::from([(AUV, "auv-1".to_owned())]),
+        let connect = "tcp:boat:5760".parse().expect("is an endpoint");
+        let auv = "auv-1".to_owned();
+        let autopilot = match self.world.course.wire {
+            Wire::Mavlink => {
+                AutopilotSettings::Mavlink { connect, system: None, auvs: BTreeMap::from([(AUV, auv)]) }
+            }
+            Wire::Moos => AutopilotSettings::Moos { connect, auvs: vec![auv], datum: None, is_raw: false },
         };
         let sea = Arc::clone(&self.sea);
         let mut bridge = Bridge::open(&self.world.aboard, autopilot, settings, move |_, input| {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 use super::faults::{Fault, Kind};
-use super::{CLEAR_S, Course};
+use super::{CLEAR_S, Course, Wire};
 
 /// Number of events that a broken voyage shows.
 const SHOWN: usize = 20;
@@ -31,6 +31,8 @@ one owner: two services: only the owner of a mission stores its events and answe
 take-over: two services: 2.75 s after one is gone the other has its missions, and the craft is steered on
 replay: service: every plan can be made again, to the byte
 named: bridge, service: each fault is named in the mission's log, with its consequence for the craft
+clear: all: the craft keeps its distance from vessels that are heard and keep their course
+silence: service: the operator is told of a vessel that is not heard any more
 no alarm: bridge: without faults there is no alarm";
 
 /// Every claim: its name, and the part with its promise.
@@ -127,7 +129,7 @@ impl Checker {
             if !is_clear(number, fault) {
                 continue;
             }
-            if let Some(text) = name_of(fault, is_shared) {
+            if let Some(text) = name_of(fault, is_shared, course.wire) {
                 *expected.entry(text).or_default() += 1;
             }
         }
@@ -141,12 +143,14 @@ impl Checker {
 }
 
 /// Name of a fault in the mission's log.
-fn name_of(fault: &Fault, is_shared: bool) -> Option<&'static str> {
+fn name_of(fault: &Fault, is_shared: bool, wire: Wire) -> Option<&'static str> {
     let takes = fault.ends_s - fault.begins_s;
     match fault.kind {
         Kind::NoHeartbeat => Some("no heartbeat of the autopilot"),
         Kind::PositionUnknown => Some("no recent position"),
         Kind::TakenOver => Some("left its guided mode"),
+        // A helm is not armed.
+        Kind::Disarmed if wire == Wire::Moos => Some("left its guided mode"),
         Kind::Disarmed => Some("not armed"),
         Kind::TwoReceivers => {
             Some("two receivers, or two vehicles with one system number; no references are sent")

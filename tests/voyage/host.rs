@@ -443,6 +443,10 @@ impl Host {
                 }
                 log.push(text);
             }
+            let warned = body.pointer("/prediction/warnings").and_then(Value::as_array);
+            log.extend(
+                warned.into_iter().flatten().filter_map(|said| Some(said["code"].as_str()?.to_owned())),
+            );
             let said = body.pointer("/heard/steering").and_then(Value::as_array);
             for said in said.into_iter().flatten() {
                 if said["state"] == "degraded" {

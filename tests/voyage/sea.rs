@@ -14,7 +14,8 @@ use rand::{Rng as _, RngExt as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
-use super::{CLEAR_S, World, faults::Kind, lock, planners, rng};
+use super::ships::{self, Ship};
+use super::{CLEAR_S, Wire, World, faults::Kind, lock, moos, planners, rng};
 use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
 
 /// System number of the AUV.
@@ -73,14 +74,18 @@ struct State {
     stops: bool,
     is_noisy: bool,
     fix_due_s: f64,
+    ships: Vec<Ship>,
+    /// Time since which the boat is steered without a fault, s.
+    undisturbed_since_s: f64,
     step: u64,
     /// Newest text of the bridge to the ground station, and time of its last heartbeat, s.
     text: String,
     heartbeat_s: f64,
     /// Bytes for the boat, and their times of arrival, s.
     to_boat: Vec<(f64, Vec<u8>)>,
-    /// Input of the bridge, while there is one.
+    /// Input of the bridge, while there is one, and whether its connection is new.
     input: Option<Input>,
+    is_opened: bool,
     /// The reported position of the boat, while it is frozen.
     frozen: Option<Vector2<f64>>,
     /// Knowledge of the bridge, for claims.
@@ -121,32 +126,49 @@ fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
         let (mut boat, stops, is_noisy) = hull_and_stops(seed);
-        if world.course.is_dry && seed % 2 == 1 {
+        let is_moos = world.course.wire == Wire::Moos;
+        if is_moos || world.course.is_dry && seed % 2 == 1 {
             (boat.mode, boat.is_armed) = (GUIDED, true);
         }
-        let mut rng = rng(seed, 4);
+        let (mut draws, course) = (rng(seed, 4), world.course);
+        let mut limits = Limits {
+            speed_max: draws.random_range(0.9..2.5),
+            turn_rate_max: draws.random_range(0.1..1.0),
+            acceleration_max: draws.random_range(0.05..0.6),
+        };
+        let auv = (
+            Vector2::new(draws.random_range(-20.0..20.0), draws.random_range(10.0..30.0)),
+            draws.random_range(-3.0..3.0),
+        );
+        let meets = course.only.is_none() && !course.is_dry && !is_moos;
+        let ships = if meets {
+            ships::drawn(&mut rng(seed, 10), seed, auv, AUV_SPEED, course.duration_s)
+        } else {
+            vec![]
+        };
+        if !ships.is_empty() {
+            // Keeping clear takes full speed for minutes, and the autopilot allows 2 m/s: a plan of more
+            // would find that the craft does not follow.
+            limits.speed_max = limits.speed_max.min(2.0);
+        }
         Self {
             world: Arc::clone(world),
-            limits: Limits {
-                speed_max: rng.random_range(0.9..2.5),
-                turn_rate_max: rng.random_range(0.1..1.0),
-                acceleration_max: rng.random_range(0.05..0.6),
-            },
+            limits,
             state: Mutex::new(State {
                 boat,
                 stops,
                 is_noisy,
-                auv: (
-                    Vector2::new(rng.random_range(-20.0..20.0), rng.random_range(10.0..30.0)),
-                    rng.random_range(-3.0..3.0),
-                ),
-                rng,
+                auv,
+                rng: draws,
                 fix_due_s: 0.0,
+                ships,
+                undisturbed_since_s: 0.0,
                 step: 0,
                 text: String::new(),
                 heartbeat_s: f64::NEG_INFINITY,
                 to_boat: vec![],
                 input: None,
+                is_opened: false,
                 frozen: None,
                 known: Known::default(),
             }),
@@ -166,7 +188,8 @@ impl Sea {
     }
 
     pub(super) fn connect(&self, input: Input) {
-        lock(&self.state).input = Some(input);
+        let mut state = lock(&self.state);
+        (state.input, state.is_opened) = (Some(input), self.world.course.wire == Wire::Moos);
     }
 
     pub(super) fn disconnect(&self) {
@@ -241,7 +264,7 @@ impl Sea {
             !is_due
         });
         for (_, bytes) in arrived {
-            for message in messages(&bytes) {
+            for message in self.messages(&bytes) {
                 state.boat.take(&message, t_s, &mut answers);
             }
         }
@@ -265,7 +288,13 @@ impl Sea {
         said.append(&mut answers);
         let is_heartbeat = |message: &MavMessage| matches!(message, MavMessage::HEARTBEAT(_));
         let heartbeat = said.iter().any(is_heartbeat);
-        let mut bytes: Vec<u8> = said.iter().flat_map(|message| frame(SYSTEM, message)).collect();
+        let unix_s = self.world.aboard.unix_s();
+        let is_moos = self.world.course.wire == Wire::Moos;
+        let mut bytes: Vec<u8> = if is_moos {
+            moos::written(&shown, &said, unix_s)
+        } else {
+            said.iter().flat_map(|message| frame(SYSTEM, message)).collect()
+        };
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
             let is_lost = self.world.course.is_nominal && state.rng.random_bool(LOST_FIXES);
@@ -275,9 +304,17 @@ impl Sea {
                 if state.is_noisy && self.world.course.is_nominal {
                     position += normal(&mut state.rng) * SIGMA_M;
                 }
-                bytes.extend(frame(u32::from(AUV), &place(&position, &velocity, None)));
+                let place = place(&position, &velocity, None);
+                bytes.extend(if is_moos {
+                    moos::node_report("auv-1", &place, unix_s)
+                } else {
+                    frame(u32::from(AUV), &place)
+                });
             }
         }
+        bytes.extend(
+            state.ships.iter_mut().filter_map(|ship| ship.says(t_s)).flat_map(|said| frame(SYSTEM, &said)),
+        );
         state.step += 1;
 
         let is_bad = now.has(Kind::BadWire);
@@ -296,7 +333,21 @@ impl Sea {
         let is_cut = now.has(Kind::WireCut);
         let may_steer = !now.is_paused && !self.world.course.is_dry;
         let is_due = CLEAR_S <= now.quiet_s(t_s) && may_steer && state.input.is_some();
+        let is_steered = is_ours && state.input.is_some() && t_s - state.known.sent_s < 3.0;
+        if !is_steered || now.is_paused || !now.is_quiet() {
+            state.undisturbed_since_s = t_s;
+        }
         drop(now);
+        self.check(state, t_s, is_due);
+        let mut pieces = carried(bytes, is_bad, is_cut, self.world.course.wire, &mut state.rng);
+        if !is_cut && std::mem::take(&mut state.is_opened) {
+            pieces.insert(0, (0.0, vec![]));
+        }
+        (state.input.clone(), pieces)
+    }
+
+    /// Checks the boat of `state`, for which a reference may be due.
+    fn check(&self, state: &State, t_s: f64, is_due: bool) {
         let boat = &state.boat;
         let (mode, armed) = (boat.mode, boat.is_armed);
         if state.step.is_multiple_of(10) && is_due {
@@ -305,20 +356,39 @@ impl Sea {
                 format!("no reference for {silent_s:.1} s; mode {mode}, armed {armed}")
             });
         }
+        if state.step.is_multiple_of(10) {
+            let steered_s = t_s - state.undisturbed_since_s;
+            for clearance in
+                state.ships.iter().filter_map(|ship| ship.clearance(t_s, &boat.position, steered_s))
+            {
+                self.world.claim("clear", 0.0 <= clearance, || {
+                    format!("a vessel that keeps its course is {:.1} m too near", -clearance)
+                });
+            }
+        }
         if state.step.is_multiple_of(100) {
             let (north, east, speed) = (boat.position.x, boat.position.y, boat.speed);
             let what = format!("boat at {north:.2}, {east:.2} m, {speed:.2} m/s, mode {mode}, armed {armed}");
             self.world.note("sea", what);
         }
-        let pieces = carried(bytes, is_bad, is_cut, &mut state.rng);
-        (state.input.clone(), pieces)
+    }
+
+    /// Checks that the mission's log has the warning of a vessel that is not heard any more.
+    pub(super) fn expect_told_of_silence(&self) {
+        let (t_s, state) = (self.world.t_s(), lock(&self.state));
+        if self.world.course.is_nominal && state.ships.iter().any(|ship| ship.is_missed(t_s)) {
+            let is_told = self.world.checker().log.iter().any(|line| line == "vessel_stale");
+            self.world.claim("silence", is_told, || "no warning of the silent vessel".to_owned());
+        }
     }
 
     /// Takes and checks the messages of the bridge.
     pub(super) fn take(&self, bytes: &[u8]) {
         let t_s = self.world.t_s();
         let mut state = lock(&self.state);
-        for message in messages(bytes) {
+        // The bridge closes the connection.
+        state.is_opened |= bytes.is_empty();
+        for message in self.messages(bytes) {
             match message {
                 MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
                     let speed = f64::from(target.vx.hypot(target.vy));
@@ -347,16 +417,33 @@ impl Sea {
             (now.has(Kind::BadWire), now.has(Kind::WireCut))
         };
         let state = &mut *state;
-        let pieces = carried(bytes.to_vec(), is_bad, is_cut, &mut state.rng);
+        let wire = self.world.course.wire;
+        // The stand-in of a database reads whole packets.
+        let is_bad = is_bad && wire == Wire::Mavlink;
+        let pieces = carried(bytes.to_vec(), is_bad, is_cut, wire, &mut state.rng);
         state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
+    }
+
+    /// The whole messages in `bytes`.
+    fn messages(&self, bytes: &[u8]) -> Vec<MavMessage> {
+        if self.world.course.wire == Wire::Moos {
+            return moos::messages(bytes);
+        }
+        let mut reader = MavlinkReader::new(bytes);
+        let mut all = vec![];
+        while let Ok((_, message)) = reader.read_any_message::<MavMessage>() {
+            all.push(message);
+        }
+        all
     }
 
     fn check_reference(&self, t_s: f64, speed: f64, heading: f64, state: &mut State) {
         let (world, known) = (&self.world, &mut state.known);
         world.note("bridge", format!("reference {speed:.3} m/s, {heading:.3} rad"));
         let Limits { speed_max, turn_rate_max, acceleration_max } = self.limits;
-        // `autopilot` has limits of its own: 2 m/s, 1 m/s², 120°/s.
-        let (speed_max, acceleration_max) = (speed_max.min(2.0), acceleration_max.min(1.0));
+        // `autopilot` has limits of its own, which MAVLink tells: 2 m/s, 1 m/s², 120°/s.
+        let told = if world.course.wire == Wire::Mavlink { [2.0, 1.0] } else { [f64::INFINITY; 2] };
+        let (speed_max, acceleration_max) = (speed_max.min(told[0]), acceleration_max.min(told[1]));
         world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
             format!("{speed} m/s, at most {speed_max} are allowed")
         });
@@ -412,7 +499,9 @@ impl Sea {
         ];
         let doubt = doubts.into_iter().find(|(_, found, most)| most < found);
         drop(now);
-        world.claim("position", !is_clean || unknown <= 1.4, || {
+        // On a MOOSDB it just ceases.
+        let most = if world.course.wire == Wire::Moos { 3.4 } else { 1.4 };
+        world.claim("position", !is_clean || unknown <= most, || {
             format!("it has been unknown for {unknown:.2} s")
         });
         world.claim("doubts", !is_clean || doubt.is_none(), || format!("{doubt:?}"));
@@ -447,23 +536,28 @@ fn is_order(command: MavCmd) -> bool {
     matches!(command, MavCmd::MAV_CMD_DO_SET_MODE | MavCmd::MAV_CMD_COMPONENT_ARM_DISARM)
 }
 
-/// The whole messages in `bytes`.
-fn messages(bytes: &[u8]) -> Vec<MavMessage> {
-    let mut reader = MavlinkReader::new(bytes);
-    let mut all = vec![];
-    while let Ok((_, message)) = reader.read_any_message::<MavMessage>() {
-        all.push(message);
-    }
-    all
-}
-
 /// The pieces of `bytes` after the wire, with their delays, s.
-fn carried(mut bytes: Vec<u8>, is_bad: bool, is_cut: bool, rng: &mut ChaCha8Rng) -> Vec<(f64, Vec<u8>)> {
+fn carried(
+    mut bytes: Vec<u8>,
+    is_bad: bool,
+    is_cut: bool,
+    wire: Wire,
+    rng: &mut ChaCha8Rng,
+) -> Vec<(f64, Vec<u8>)> {
     if is_cut || bytes.is_empty() {
         return vec![];
     }
     if !is_bad {
         return vec![(0.0, bytes)];
+    }
+    if wire == Wire::Moos {
+        // TCP loses and damages nothing, and a packet may come in pieces.
+        let rest = bytes.split_off(rng.random_range(0..bytes.len()));
+        return [bytes, rest]
+            .into_iter()
+            .filter(|piece| !piece.is_empty())
+            .map(|piece| (0.0, piece))
+            .collect();
     }
     if rng.random_bool(0.2) {
         return vec![];

@@ -2,14 +2,21 @@
 
 use std::collections::BTreeMap;
 
+use ::mavlink::dialects::ardupilotmega::MavSeverity;
+use clock::Clock;
+use planner::craft::HeadingReference;
+
+use crate::imc::{ImcLink, ImcSettings};
 use crate::mavlink::{
     Autopilot, AutopilotEvent, Control, HEARTBEAT_AGE_MAX_S, Heartbeat, MavlinkReader, MavlinkWriter,
     Parameters,
 };
+use crate::mission_link::LinkStatus;
+use crate::moos::{MoosClient, NO_PLAN};
 use crate::nmea::{NmeaReader, heading_and_speed_sentences};
 use crate::reference::Reference;
 use crate::wire::{Endpoint, Output, Received};
-use crate::{Measurement, Rejects};
+use crate::{Measurement, Origin, Rejects};
 
 /// The autopilot, which follows references.
 #[derive(Debug)]
@@ -23,11 +30,24 @@ pub enum AutopilotSettings {
         /// AUVs that speak MAVLink too, by system number.
         auvs: BTreeMap<u8, String>,
     },
+    /// A MOOSDB, with the IvP helm.
+    Moos {
+        /// Its wire.
+        connect: Endpoint,
+        /// Names of the AUVs.
+        auvs: Vec<String>,
+        /// The place of x = y = 0, if it is known.
+        datum: Option<Origin>,
+        /// `true` to write `DESIRED_HEADING` and `DESIRED_SPEED` in place of the helm.
+        is_raw: bool,
+    },
     /// An autopilot that speaks NMEA 0183.
     Nmea {
         /// Its wire, both ways.
         connect: Endpoint,
     },
+    /// A craft that runs DUNE.
+    Imc(ImcSettings),
 }
 
 pub(crate) enum AutopilotLink {
@@ -35,30 +55,82 @@ pub(crate) enum AutopilotLink {
         send: Output,
         reader: MavlinkReader,
         writer: MavlinkWriter,
-        /// The newest heartbeat and the time of its arrival.
-        heartbeat: Option<(Heartbeat, f64)>,
-        /// The newest heartbeat that withdrew the permission to steer, and the time of its arrival.
-        refused: Option<(Heartbeat, f64)>,
+        heard: Heard,
+    },
+    Moos {
+        send: Output,
+        client: MoosClient,
+        heard: Heard,
+        /// The state that was shown last; time, s, and number of the plans that were shown.
+        shown: (String, f64, usize),
     },
     Nmea {
         send: Output,
         reader: NmeaReader,
     },
+    Imc {
+        link: Box<ImcLink>,
+        heard: Heard,
+    },
 }
 
+/// The heartbeats of an autopilot.
+#[derive(Debug, Default)]
+pub(crate) struct Heard {
+    /// The newest one and the time of its arrival, s.
+    newest: Option<(Heartbeat, f64)>,
+    /// The newest one that withdrew the permission to steer, and the time of its arrival, s.
+    refused: Option<(Heartbeat, f64)>,
+}
+
+impl Heard {
+    fn take(&mut self, newest: Heartbeat, t_s: f64) {
+        let was_ours = self.newest.is_some_and(|(before, _)| before.may_be_steered());
+        if was_ours && !newest.may_be_steered() {
+            self.refused = Some((newest, t_s));
+        }
+        self.newest = Some((newest, t_s));
+    }
+
+    /// If heartbeats contradict each other, as from two senders with one number, those that forbid
+    /// references count.
+    fn control(&self, now: f64) -> Control {
+        let refused = self.refused.filter(|(_, at)| now - at <= HEARTBEAT_AGE_MAX_S);
+        Control::Reported(self.newest.map(|(newest, at)| {
+            let counts = refused.map_or(newest, |(refused, _)| refused);
+            (counts, now - at)
+        }))
+    }
+}
+
+/// Time between two showings of one state, s.
+const SHOW_INTERVAL_S: f64 = 1.0;
 /// System number of most autopilots, used until the first heartbeat.
 const SYSTEM: u8 = 1;
 
 impl AutopilotLink {
-    pub(crate) fn open(settings: AutopilotSettings, open: impl FnOnce(&Endpoint) -> Output) -> Self {
+    pub(crate) fn open(
+        settings: AutopilotSettings,
+        clock: &Clock,
+        open: impl FnOnce(&Endpoint) -> Output,
+    ) -> Self {
         match settings {
             AutopilotSettings::Mavlink { connect, system, auvs } => Self::Mavlink {
                 send: open(&connect),
                 reader: MavlinkReader::new(system, auvs),
                 writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
-                heartbeat: None,
-                refused: None,
+                heard: Heard::default(),
             },
+            AutopilotSettings::Moos { connect, auvs, datum, is_raw } => Self::Moos {
+                send: open(&connect),
+                client: MoosClient::new(&auvs, datum, is_raw),
+                heard: Heard::default(),
+                shown: (String::new(), f64::NEG_INFINITY, 0),
+            },
+            AutopilotSettings::Imc(settings) => {
+                let link = ImcLink::new(open(&settings.connect), settings, clock.clone());
+                Self::Imc { link: Box::new(link), heard: Heard::default() }
+            }
             AutopilotSettings::Nmea { connect } => {
                 Self::Nmea { send: open(&connect), reader: NmeaReader::default() }
             }
@@ -68,19 +140,40 @@ impl AutopilotLink {
     /// The events in `piece`, which arrived at `t_s` of the bridge's clock and `unix_s`, s.
     pub(crate) fn push(&mut self, piece: &Received, t_s: f64, unix_s: f64) -> Vec<AutopilotEvent> {
         match self {
-            Self::Mavlink { reader, writer, heartbeat, refused, .. } => {
+            Self::Mavlink { reader, writer, heard, .. } => {
                 let events = reader.push(&piece.bytes, unix_s);
                 for event in &events {
                     if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft) {
-                        if heartbeat.is_none() {
+                        if heard.newest.is_none() {
                             tracing::info!(system, "autopilot found");
                             *writer = MavlinkWriter::new(system);
                         }
-                        let was_ours = heartbeat.is_some_and(|(before, _)| before.may_be_steered());
-                        if was_ours && !newest.may_be_steered() {
-                            *refused = Some((*newest, t_s));
-                        }
-                        *heartbeat = Some((*newest, t_s));
+                        heard.take(*newest, t_s);
+                    }
+                }
+                events
+            }
+            Self::Moos { send, client, .. } if piece.bytes.is_empty() => {
+                send(&client.connect(t_s, unix_s));
+                vec![]
+            }
+            Self::Moos { send, client, heard, .. } => {
+                let events = client.push(&piece.bytes, t_s, unix_s);
+                if let Some(sign) = client.sign_of_life(t_s) {
+                    send(&sign);
+                }
+                for event in &events {
+                    if let AutopilotEvent::Heartbeat(newest) = event {
+                        heard.take(*newest, t_s);
+                    }
+                }
+                events
+            }
+            Self::Imc { link, heard } => {
+                let events = link.push(piece, t_s, unix_s);
+                for event in &events {
+                    if let AutopilotEvent::Heartbeat(newest) = event {
+                        heard.take(*newest, t_s);
                     }
                 }
                 events
@@ -92,46 +185,131 @@ impl AutopilotLink {
         }
     }
 
-    /// The control of the craft at `now` of the bridge's clock, s. If heartbeats contradict each
-    /// other, as from two senders with one number, those that forbid references count.
+    /// The control of the craft at `now` of the bridge's clock, s.
     pub(crate) fn control(&self, now: f64) -> Control {
         match self {
-            Self::Mavlink { heartbeat, refused, .. } => {
-                let refused = refused.filter(|(_, at)| now - at <= HEARTBEAT_AGE_MAX_S);
-                Control::Reported(heartbeat.map(|(newest, at)| {
-                    let counts = refused.map_or(newest, |(refused, _)| refused);
-                    (counts, now - at)
-                }))
+            Self::Mavlink { heard, .. } | Self::Moos { heard, .. } | Self::Imc { heard, .. } => {
+                heard.control(now)
             }
             Self::Nmea { .. } => Control::Unreported,
+        }
+    }
+
+    /// The place of the wire's own metres, if it has such.
+    pub(crate) fn datum(&self) -> Option<Origin> {
+        if let Self::Moos { client, .. } = self { client.datum } else { None }
+    }
+
+    /// What the autopilot's heading loop holds, if the wire tells.
+    pub(crate) fn heading_held(&self) -> Option<HeadingReference> {
+        match self {
+            Self::Mavlink { .. } => Some(HeadingReference::Heading),
+            Self::Moos { .. } | Self::Nmea { .. } => None,
+            // By default DUNE's path control steers the course towards a place.
+            Self::Imc { link, .. } if link.settings.headings => Some(HeadingReference::Heading),
+            Self::Imc { .. } => Some(HeadingReference::Course),
+        }
+    }
+
+    /// The link to a craft that runs DUNE.
+    pub(crate) fn dune(&self) -> Option<&ImcLink> {
+        match self {
+            Self::Imc { link, .. } => Some(link),
+            _ => None,
         }
     }
 
     pub(crate) fn rejects(&self) -> &Rejects {
         match self {
             Self::Mavlink { reader, .. } => &reader.rejects,
+            Self::Moos { client, .. } => client.rejects(),
             Self::Nmea { reader, .. } => reader.rejects(),
+            Self::Imc { link, .. } => &link.reader.packets.rejects,
         }
     }
 
     pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
         match self {
             Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),
+            Self::Moos { send, client, .. } => send(&client.reference(reference, now)),
+            Self::Imc { link, .. } => link.reference(reference, now),
             Self::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
         }
     }
 
-    /// Sends the bridge's heartbeat, even before the autopilot's: some wires wait for it.
-    pub(crate) fn send_heartbeat(&mut self) {
-        if let Self::Mavlink { send, writer, .. } = self {
-            send(&writer.heartbeat());
+    /// Sends the bridge's heartbeat, even before the autopilot's: some wires wait for it. Opens a
+    /// wire again that was lost unnoticed.
+    pub(crate) fn send_heartbeat(&mut self, now: f64) {
+        match self {
+            Self::Mavlink { send, writer, .. } => send(&writer.heartbeat()),
+            Self::Moos { send, client, .. } => {
+                if client.gives_up(now) {
+                    send(&[]);
+                }
+            }
+            Self::Imc { link, .. } => link.heartbeat(),
+            Self::Nmea { .. } => {}
         }
+    }
+
+    /// Orders the mode in which the autopilot follows references.
+    pub(crate) fn order_guided(&mut self, autopilot: Autopilot) {
+        match self {
+            Self::Imc { link, .. } => link.start(),
+            _ => self.send_frames(|writer, _| writer.set_guided(autopilot)),
+        }
+    }
+
+    /// Ends the steering at once, where the wire has a word for it, for a craft with this
+    /// `heading`, rad.
+    pub(crate) fn release(&mut self, heading: f64) {
+        if let Self::Imc { link, .. } = self {
+            link.release(heading);
+        }
+    }
+
+    /// Tells ground stations `text`.
+    pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) {
+        match self {
+            Self::Imc { link, .. } => link.log(severity, text),
+            _ => self.send_frames(|writer, _| writer.text(severity, text)),
+        }
+    }
+
+    /// Writes a line of the state into the log book of the network, if it has one.
+    pub(crate) fn log(&mut self, line: &str) {
+        if let Self::Imc { link, .. } = self {
+            link.log(MavSeverity::MAV_SEVERITY_INFO, line);
+        }
+    }
+
+    /// Shows the state of the steering and the plan at `now`, s, where the wire has a display.
+    pub(crate) fn show(&mut self, now: f64, state: &str, link: &LinkStatus) {
+        let Self::Moos { send, client, shown, .. } = self else { return };
+        let (told, shown_s, count) = shown;
+        let is_due = SHOW_INTERVAL_S <= now - *shown_s;
+        if !is_due && told == state {
+            return;
+        }
+        let mut texts = vec![("PILOTFISH_STATE", state.to_owned())];
+        if is_due {
+            texts.extend(client.views(*count, link));
+            (*shown_s, *count) = (now, *count + 1);
+        }
+        if link.plan.is_none() {
+            texts.push(("VIEW_SEGLIST", NO_PLAN.to_owned()));
+        }
+        state.clone_into(told);
+        send(&client.texts(now, &texts));
     }
 
     /// Requests the messages that the bridge needs, and the parameters that are missing.
     pub(crate) fn request(&mut self, known: &Parameters) {
+        if let Self::Imc { link, .. } = self {
+            link.ask();
+        }
         self.send_frames(|writer, heartbeat| {
             let mut frames = writer.streams();
             if heartbeat.autopilot == Autopilot::ArduPilot {
@@ -143,7 +321,7 @@ impl AutopilotLink {
 
     /// Sends frames to an autopilot that has been heard. NMEA 0183 has none.
     pub(crate) fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
-        if let Self::Mavlink { send, writer, heartbeat: Some((heartbeat, _)), .. } = self {
+        if let Self::Mavlink { send, writer, heard: Heard { newest: Some((heartbeat, _)), .. }, .. } = self {
             send(&frames(writer, *heartbeat));
         }
     }

@@ -15,6 +15,7 @@ use tokio::sync::mpsc::{Receiver, channel};
 use crate::acoustics::Modem;
 use crate::autopilot_link::{AutopilotLink, AutopilotSettings};
 use crate::bridge_clock::BridgeClock;
+use crate::imc::ImcLink;
 use crate::mavlink::{Action, Contradiction, Control};
 use crate::mission_client::MissionClient;
 use crate::mission_link::{LinkStatus, MissionChoice, MissionLink};
@@ -110,6 +111,8 @@ const PARAMETERS_WAIT_S: f64 = 5.0;
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
 /// Time between two requests to the autopilot, s.
 const REQUEST_INTERVAL_S: u64 = 5;
+/// Time between two status lines in the log book of a network, s.
+const LOG_INTERVAL_S: u64 = 30;
 /// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
 
@@ -136,7 +139,7 @@ impl Bridge {
             let input = Input { wire, received, clock };
             open(endpoint, input)
         };
-        let autopilot = AutopilotLink::open(autopilot, |connect| open(connect, AUTOPILOT_WIRE));
+        let autopilot = AutopilotLink::open(autopilot, clock, |connect| open(connect, AUTOPILOT_WIRE));
         let (endpoints, modems): (Vec<_>, Vec<Modem>) = settings.modems.drain(..).unzip();
         let n_nmea = settings.nmea.len();
         settings.nmea.extend(endpoints);
@@ -164,6 +167,11 @@ impl Bridge {
     pub fn contradictions(&self) -> Vec<Contradiction> {
         let speed_max = self.speed_max.unwrap_or(0.0);
         self.telemetry.parameters.contradictions(speed_max)
+    }
+
+    /// The link to a craft that runs DUNE.
+    pub(crate) fn dune(&self) -> Option<&ImcLink> {
+        self.autopilot.dune()
     }
 
     fn clock(&self) -> &Clock {
@@ -215,7 +223,8 @@ impl Bridge {
                 Control::Unreported if self.telemetry.craft.newest().is_some() => return true,
                 Control::Reported(Some(_)) => {
                     let met_s = *self.met_s.get_or_insert(now);
-                    let is_complete = self.telemetry.parameters.missing().next().is_none();
+                    let is_complete =
+                        self.dune().is_some() || self.telemetry.parameters.missing().next().is_none();
                     if is_complete || now - met_s > PARAMETERS_WAIT_S {
                         return true;
                     }
@@ -226,7 +235,7 @@ impl Bridge {
                 requested_s = now;
                 // Some wires answer only after a first message.
                 if self.met_s.is_none() {
-                    self.autopilot.send_heartbeat();
+                    self.autopilot.send_heartbeat(now);
                 }
                 self.autopilot.request(&self.telemetry.parameters);
             }
@@ -239,7 +248,7 @@ impl Bridge {
         if let MissionChoice::Named { body, .. } = &mut mission {
             let live = &mut body["live"];
             if needs_origin(live)
-                && let Some(origin) = self.settled_position().await
+                && let Some(origin) = self.origin().await
             {
                 let Origin { lat_deg, lon_deg } = origin;
                 tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
@@ -247,8 +256,7 @@ impl Bridge {
             }
             let limits = |live: &Value| declared::<DeclaredLimits>(live, "limits").unwrap_or_default();
             self.speed_max = limits(live).speed_max_mps;
-            let is_autopilot = matches!(self.control(), Control::Reported(_));
-            complete(live, &self.telemetry.parameters, is_autopilot);
+            complete(live, &self.telemetry.parameters, self.autopilot.heading_held());
             let craft = declared(live, "craft").unwrap_or_default();
             self.decision.limits = Some(OutputLimits::declared(&limits(live), &craft));
             if let Some(separation) = live["vessel_separation_m"].as_f64() {
@@ -264,8 +272,12 @@ impl Bridge {
         self.log.mission = Some(link);
     }
 
-    /// Waits for the origin of a new mission; `None` if positions do not agree in time.
-    async fn settled_position(&mut self) -> Option<Origin> {
+    /// The origin of a new mission: the wire's, or one for which it waits; `None` if positions do not
+    /// agree in time.
+    async fn origin(&mut self) -> Option<Origin> {
+        if let Some(datum) = self.autopilot.datum() {
+            return Some(datum);
+        }
         let end = self.clock().now() + ORIGIN_WAIT;
         loop {
             let settled = self.telemetry.settled_position(self.now_s());
@@ -358,6 +370,9 @@ impl Bridge {
         if self.reporting.takes_line(now, steering.as_ref()) {
             log_lines(&self.facts(link).line(steering.as_ref()));
         }
+        if let Some(steering) = &steering {
+            self.autopilot.show(now, &steering.to_string(), link);
+        }
         let mission = self.log.mission.as_ref();
         self.reporting.tell(now, steering, mission, &mut self.autopilot);
     }
@@ -371,7 +386,7 @@ impl Bridge {
             }
             Action::OrderGuided(autopilot) => {
                 self.log.info("the guided mode is ordered (--take-control)");
-                self.autopilot.send_frames(|writer, _| writer.set_guided(autopilot));
+                self.autopilot.order_guided(autopilot);
             }
             Action::OrderArm => {
                 self.log.info("arming is ordered (--take-control)");
@@ -395,7 +410,12 @@ impl Bridge {
     }
 
     fn each_second(&mut self, second: u64, link: &LinkStatus) {
-        self.autopilot.send_heartbeat();
+        self.autopilot.send_heartbeat(self.now_s());
+        if second.is_multiple_of(LOG_INTERVAL_S) && !self.settings.dry_run {
+            let facts = self.facts(link);
+            let line = facts.line(facts.steering().as_ref());
+            self.autopilot.log(&line);
+        }
         if second.is_multiple_of(REQUEST_INTERVAL_S) {
             // An autopilot that restarted has forgotten the requests.
             self.autopilot.request(&self.telemetry.parameters);
@@ -414,9 +434,13 @@ impl Bridge {
 
     /// Tells the ground station that the bridge ends, and the reason.
     fn tell_end(&mut self, state: SteeringState, cause: &str) {
-        let cause = cause.to_owned();
+        let steering = Steering { state, cause: cause.to_owned() };
         if !self.settings.dry_run {
-            send_texts(&Steering { state, cause }, &mut self.autopilot);
+            if let (true, Some(craft)) = (self.decision.is_sending(), self.telemetry.state()) {
+                self.autopilot.release(craft.heading);
+            }
+            self.autopilot.show(self.now_s(), &steering.to_string(), &LinkStatus::default());
+            send_texts(&steering, &mut self.autopilot);
         }
     }
 }

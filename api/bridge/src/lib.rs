@@ -1,7 +1,7 @@
 //! Connects a craft's autopilot, modems and sensors to a live mission of the service.
 //!
 //! ```text
-//! bytes ─ mavlink, nmea, acoustics → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
+//! bytes ─ mavlink, nmea, imc, moos, acoustics → Measurement → integrity → CraftState, fixes, Vessels ─ mission_link
 //! frames, sentences ← output_limiter ← follow ← reference, along the newest plan ←─┘
 //! ```
 //!
@@ -22,12 +22,14 @@ mod confirmation;
 mod craft_state;
 mod current_observer;
 pub mod follow;
+pub mod imc;
 mod integrity;
 mod mavlink;
 mod measurement;
 pub mod mission_client;
 pub mod mission_link;
 mod mission_setup;
+pub mod moos;
 pub mod nmea;
 mod output_limiter;
 mod plan;

@@ -51,16 +51,17 @@ pub(crate) fn declared<T: DeserializeOwned + Default>(live: &Value, member: &str
     }
 }
 
-/// Adds craft and limits that `live` does not state, from the autopilot and its parameters.
-pub(crate) fn complete(live: &mut Value, parameters: &Parameters, is_autopilot: bool) {
+/// Adds craft and limits that `live` does not state, from the autopilot, if its wire tells what its
+/// heading loop holds, and its parameters.
+pub(crate) fn complete(live: &mut Value, parameters: &Parameters, heading_held: Option<HeadingReference>) {
     let at_most = |value: Option<f64>, most: f64| value.map(|value| value.min(most));
     let turn_rate = at_most(parameters.turn_rate_max(), TURN_RATE_MAX);
     let acceleration = at_most(parameters.acceleration_max(), ACCELERATION_MAX);
     let deceleration = at_most(parameters.deceleration_max(), ACCELERATION_MAX);
-    if is_autopilot && live["craft"].is_null() {
+    if heading_held.is_some() && live["craft"].is_null() {
         live["craft"] = json!(CraftDescription::<f64> {
             speed_held: Some(SpeedReference::OverGround),
-            heading_held: Some(HeadingReference::Heading),
+            heading_held,
             // Without this, the planner assumes a slow craft.
             heading_loop: HeadingLoop { rate_max_radps: turn_rate, ..HeadingLoop::default() },
             surge_loop: SurgeLoop {
@@ -72,7 +73,7 @@ pub(crate) fn complete(live: &mut Value, parameters: &Parameters, is_autopilot: 
         });
     }
     if let Some(mut limits) = declared::<DeclaredLimits>(live, "limits") {
-        let steerage_way = parameters.steerage_way().filter(|_| is_autopilot);
+        let steerage_way = parameters.steerage_way().filter(|_| heading_held.is_some());
         let half = 0.5 * limits.speed_max_mps.unwrap_or(f64::INFINITY);
         limits.speed_min_mps = limits.speed_min_mps.or(at_most(steerage_way, half));
         limits.speed_max_mps = limits.speed_max_mps.or(parameters.speed_max());
@@ -125,13 +126,13 @@ mod tests {
             parameters.note(name, value);
         }
         let mut live = json!({ "limits": { "speed_max_mps": 0.25 } });
-        complete(&mut live, &parameters, true);
+        complete(&mut live, &parameters, Some(HeadingReference::Heading));
         let limits = json!({ "speed_min_mps": 0.125, "speed_max_mps": 0.25, "turn_rate_max_radps": 2.0 });
         assert_eq!(live["limits"], limits);
         assert_eq!(live["craft"]["heading_loop"], json!({ "rate_max_radps": 2.0 }));
         // A wrong member is for the service to name.
         let mut wrong = json!({ "limits": { "sped": 1 }, "craft": {} });
-        complete(&mut wrong, &parameters, true);
+        complete(&mut wrong, &parameters, Some(HeadingReference::Heading));
         assert_eq!(wrong, json!({ "limits": { "sped": 1 }, "craft": {} }));
     }
 }

@@ -6,7 +6,7 @@ use planner::angle::{angle_of, wrap};
 
 use crate::MeasuredState;
 use crate::follow::{Bridge, CLOCK_ERROR_MAX_S, Fixes};
-use crate::mavlink::{Control, HEARTBEAT_AGE_MAX_S, Silence};
+use crate::mavlink::{Autopilot, Control, HEARTBEAT_AGE_MAX_S, Silence};
 use crate::plan::speed_to;
 
 /// Result of a check.
@@ -93,7 +93,9 @@ fn autopilot(bridge: &Bridge) -> Finding {
         Control::Unreported => warns(
             "this wire reports no mode: check yourself that the autopilot follows references, and how to take over",
         ),
-        Control::Reported(None) => fails("no heartbeat: check --connect, the baud rate and the cable"),
+        Control::Reported(None) => {
+            fails("no heartbeat: check --connect, the baud rate and the cable, or that the helm runs")
+        }
         Control::Reported(Some((_, age))) if age > HEARTBEAT_AGE_MAX_S => {
             fails(format!("no heartbeat for {age:.0} s"))
         }
@@ -110,8 +112,21 @@ fn autopilot(bridge: &Bridge) -> Finding {
 }
 
 fn parameters(bridge: &Bridge) -> Finding {
-    if bridge.control() == Control::Unreported {
+    let is_helm =
+        matches!(bridge.control(), Control::Reported(Some((heard, _))) if heard.autopilot == Autopilot::Helm);
+    if is_helm || bridge.control() == Control::Unreported {
         return warns("this wire carries none: set limits and craft in --setup");
+    }
+    if let Some(dune) = bridge.dune() {
+        return match &dune.reader.takes_plan {
+            Some(Ok(())) => passes("DUNE takes FollowReference; set limits and craft in --setup"),
+            Some(Err(why)) => fails(format!(
+                "DUNE refuses FollowReference ({why}): enable the task Maneuver.FollowReference"
+            )),
+            None => warns(
+                "DUNE does not say whether it takes FollowReference: it is asked in the mode SERVICE, and never with --headings",
+            ),
+        };
     }
     let contradictions = bridge.contradictions();
     if !contradictions.is_empty() {
@@ -122,13 +137,10 @@ fn parameters(bridge: &Bridge) -> Finding {
         return warns("no answer for WP_SPEED: set limits.speed_max_mps yourself");
     };
     let seen = format!("references are clipped at {speed:.2} m/s (WP_SPEED)");
-    let missing: Vec<&str> = parameters.missing().collect();
-    if missing.is_empty() {
-        passes(seen)
-    } else {
-        let missing = missing.join(", ");
-        warns(format!("{seen}; no answer for {missing}: check them yourself"))
-    }
+    let missing = joined(parameters.missing().map(str::to_owned));
+    let missing = (!missing.is_empty()).then(|| format!("no answer for {missing}: check them yourself"));
+    let remarks = joined(parameters.failsafes().chain(missing));
+    if remarks.is_empty() { passes(seen) } else { warns(format!("{seen}; {remarks}")) }
 }
 
 fn position(bridge: &Bridge) -> Finding {

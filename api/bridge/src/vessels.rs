@@ -123,6 +123,7 @@ impl Known {
             heading_rad: fix.heading,
             length_m: self.dimensions.map(|[bow, stern, ..]| bow + stern),
             sigma_m: None,
+            plan: Vec::new(),
             status: fix.status,
         };
         let status = if is_under_way && vessel.is_made_fast() { VesselStatus::UnderWay } else { fix.status };

@@ -9,7 +9,7 @@
 )]
 
 use std::io::{self, Read as _, Write as _};
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs as _, UdpSocket};
+use std::net::{Shutdown, SocketAddr, SocketAddrV4, TcpStream, ToSocketAddrs as _, UdpSocket};
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,6 +20,10 @@ use parking_lot::Mutex;
 use serial2::SerialPort;
 use tokio::sync::mpsc::Sender;
 
+mod network;
+
+use self::network::ImcNetwork;
+
 /// Address of a wire.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Endpoint {
@@ -29,6 +33,9 @@ pub enum Endpoint {
     UdpOut(String),
     /// `tcp:HOST:PORT`: connects, and reconnects.
     Tcp(String),
+    /// `imc:ADDRESS:PORT`: a network of IMC, on which this computer has the address, such as
+    /// `10.0.2.1:6010`.
+    Imc(String),
     /// `serial:DEVICE:BAUD`.
     Serial {
         /// The device, such as `/dev/ttyUSB0`.
@@ -41,7 +48,7 @@ pub enum Endpoint {
 /// A text that is not an endpoint.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is not a wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT or serial:DEVICE:BAUD"
+    "{0:?} is not a wire: write udp:HOST:PORT to listen, udpout:HOST:PORT, tcp:HOST:PORT, imc:ADDRESS:PORT or serial:DEVICE:BAUD"
 )]
 pub struct InvalidEndpoint(String);
 
@@ -61,6 +68,11 @@ impl FromStr for Endpoint {
             "udp" => address().map(Self::Udp),
             "udpout" => address().map(Self::UdpOut),
             "tcp" => address().map(Self::Tcp),
+            "imc" => {
+                let is_own = |address: &SocketAddrV4| !address.ip().is_unspecified();
+                let address = rest.parse().ok().filter(is_own).ok_or_else(invalid)?;
+                Ok(Self::Imc(address.to_string()))
+            }
             "serial" if !name.is_empty() && number > 0 => {
                 Ok(Self::Serial { device: name.to_owned(), baud: number })
             }
@@ -75,6 +87,7 @@ impl fmt::Display for Endpoint {
             Self::Udp(address) => write!(f, "udp:{address}"),
             Self::UdpOut(address) => write!(f, "udpout:{address}"),
             Self::Tcp(address) => write!(f, "tcp:{address}"),
+            Self::Imc(address) => write!(f, "imc:{address}"),
             Self::Serial { device, baud } => write!(f, "serial:{device}:{baud}"),
         }
     }
@@ -83,6 +96,7 @@ impl fmt::Display for Endpoint {
 #[derive(Clone, Debug)]
 pub(crate) struct Received {
     pub(crate) wire: usize,
+    /// Its bytes; none of a stream that has just been opened.
     pub(crate) bytes: Vec<u8>,
     /// `true` for a datagram, `false` for a piece of a stream.
     pub(crate) is_datagram: bool,
@@ -105,12 +119,18 @@ impl Input {
         self.received.send(piece).await.is_ok()
     }
 
+    /// Tells that a stream was opened. Returns `false` once the bridge is gone.
+    fn opened(&self) -> bool {
+        self.received.blocking_send(self.piece(vec![], false)).is_ok()
+    }
+
     pub(crate) fn piece(&self, bytes: Vec<u8>, is_datagram: bool) -> Received {
         Received { wire: self.wire, bytes, is_datagram, at: self.clock.now() }
     }
 }
 
-/// Takes the bytes for one wire. A failure is only logged: the next message follows soon.
+/// Takes the bytes for one wire. A failure is only logged: the next message follows soon. No bytes
+/// ask to close a connection, which is then opened again.
 pub type Output = Box<dyn FnMut(&[u8]) + Send>;
 
 /// Time between two attempts to open.
@@ -148,6 +168,9 @@ fn keep_open(endpoint: &Endpoint, kept: &Mutex<Option<OpenWire>>, input: &Input)
                 was_open = true;
                 let again = line.clone();
                 keep(Some(line));
+                if matches!(again, OpenWire::Tcp(_)) && !input.opened() {
+                    return;
+                }
                 let broken = read(again, kept, input);
                 keep(None);
                 match broken {
@@ -172,7 +195,8 @@ fn read(mut line: OpenWire, kept: &Mutex<Option<OpenWire>>, input: &Input) -> Op
         match line.read(&mut buffer, kept) {
             Ok(0) => return Some(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => {
-                let piece = input.piece(buffer[..count].to_vec(), matches!(line, OpenWire::Udp { .. }));
+                let piece = input
+                    .piece(buffer[..count].to_vec(), matches!(line, OpenWire::Udp { .. } | OpenWire::Imc(_)));
                 input.received.blocking_send(piece).ok()?;
             }
             Err(error) if is_pause(&error) => {}
@@ -200,6 +224,7 @@ enum OpenWire {
         peers: Vec<SocketAddr>,
     },
     Tcp(Arc<TcpStream>),
+    Imc(Arc<ImcNetwork>),
     Serial(Arc<SerialPort>),
 }
 
@@ -219,6 +244,7 @@ impl OpenWire {
                 stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
                 Ok(Self::Tcp(Arc::new(stream)))
             }
+            Endpoint::Imc(address) => Ok(Self::Imc(Arc::new(ImcNetwork::open(address)?))),
             Endpoint::Serial { device, baud } => {
                 let mut port = SerialPort::open(device, *baud)?;
                 port.set_read_timeout(READ_TIMEOUT)?;
@@ -250,6 +276,7 @@ impl OpenWire {
                 Ok(count)
             }
             Self::Tcp(stream) => stream.as_ref().read(into),
+            Self::Imc(network) => network.receive(into),
             Self::Serial(port) => port.read(into),
         }
     }
@@ -261,7 +288,9 @@ impl OpenWire {
                 let sent = peers.iter().map(|peer| socket.send_to(bytes, peer).map(drop));
                 sent.reduce(Result::or).unwrap_or(Ok(()))
             }
+            Self::Tcp(stream) if bytes.is_empty() => stream.shutdown(Shutdown::Both),
             Self::Tcp(stream) => stream.as_ref().write_all(bytes),
+            Self::Imc(network) => network.send(bytes),
             Self::Serial(port) => port.write_all(bytes),
         }
     }
@@ -308,12 +337,14 @@ mod tests {
 
     #[test]
     fn endpoints_are_read_and_other_texts_rejected_with_the_syntax() {
-        let good = "udp:0.0.0.0:14550 udpout:localhost:14551 tcp:[::1]:5760 serial:/dev/ttyUSB0:57600";
+        let good = "udp:0.0.0.0:14550 udpout:localhost:14551 tcp:[::1]:5760 serial:/dev/ttyUSB0:57600 \
+                    imc:10.0.2.1:6010";
         for text in good.split(' ') {
             let endpoint: Endpoint = text.parse().expect("an endpoint");
             assert_eq!(endpoint.to_string(), text);
         }
-        let wrong = "tcp tcp: tcp::5760 tcp:localhost:70000 serial:/dev/ttyUSB0:0 i2c:a:1";
+        let wrong =
+            "tcp tcp: tcp::5760 tcp:localhost:70000 serial:/dev/ttyUSB0:0 i2c:a:1 imc:0.0.0.0:1 imc:host:1";
         for text in wrong.split(' ').chain([""]) {
             let error = text.parse::<Endpoint>().expect_err("no endpoint");
             assert!(error.to_string().contains("tcp:HOST:PORT"), "{error}");
@@ -378,18 +409,23 @@ mod tests {
     }
 
     #[test]
-    fn a_connecting_wire_carries_bytes_both_ways() {
+    fn a_connecting_wire_carries_bytes_both_ways_and_closes_when_asked_to() {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let address = listener.local_addr().expect("is bound");
         let (input, mut pieces) = input();
         let mut send = open(&Endpoint::Tcp(address.to_string()), input);
         let (mut craft, _) = listener.accept().expect("connects");
         craft.write_all(b"hello").expect("is sent");
-        let heard = pieces.blocking_recv().expect("is read");
-        assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, &b"hello"[..], false));
+        // It tells that it is open.
+        for expected in [&b""[..], b"hello"] {
+            let heard = pieces.blocking_recv().expect("is read");
+            assert_eq!((heard.wire, heard.bytes.as_slice(), heard.is_datagram), (3, expected, false));
+        }
         send(b"aye");
-        let mut answer = [0; 3];
-        craft.read_exact(&mut answer).expect("is answered");
-        assert_eq!(&answer, b"aye");
+        // It is asked to close.
+        send(b"");
+        let mut answer = vec![];
+        craft.read_to_end(&mut answer).expect("is answered");
+        assert_eq!(answer, b"aye");
     }
 }

@@ -124,7 +124,7 @@ export class Recording {
         method: word("method"), outcome: word("outcome"), reason: word("reason"), solve_ms: value("solve_ms"), late_s: value("late_s"), rms_m: value("predicted_rms_m"),
       });
       if (this.live) this.takeGoal(t, value("goal_north_m"), value("goal_east_m"), value("goal_distance_m"), NaN);
-    } else this.journal.happened(t, kind, word("reason"));
+    } else if (kind !== "range" && kind !== "vessel") this.journal.happened(t, kind, word("reason"));
   }
 
   /**

@@ -54,6 +54,7 @@ class MissionLink:
         self._lock = threading.Lock()
         self._asc: dict[str, Any] | None = None
         self._auvs: dict[str, deque[dict[str, Any]]] = {}
+        self._vessels: dict[str, dict[str, Any]] = {}
         self._notes: deque[dict[str, Any]] = deque(maxlen=WAITING_MAX)
         self._steering: dict[str, Any] | None = None
 
@@ -70,6 +71,12 @@ class MissionLink:
         """Posts a fix soon."""
         with self._lock:
             self._auvs.setdefault(auv, deque(maxlen=WAITING_MAX)).append(report)
+
+    def report_vessel(self, vessel: str, report: dict[str, Any]) -> None:
+        """Posts where another vessel is soon; a newer report replaces it."""
+        with self._lock:
+            if vessel in self._vessels or len(self._vessels) < WAITING_MAX:
+                self._vessels[vessel] = {"id": vessel} | report
 
     def note(self, t_s: float, text: str) -> None:
         """Writes into the mission's log soon."""
@@ -146,16 +153,19 @@ class MissionLink:
     def _post(self, mission: Mission) -> None:
         with self._lock:
             auvs = {auv: list(reports) for auv, reports in self._auvs.items()}
-            asc, notes, steering = self._asc, list(self._notes), self._steering
+            vessels, asc = list(self._vessels.values()), self._asc
+            notes, steering = list(self._notes), self._steering
             self._asc = self._steering = None
             self._auvs.clear()
+            self._vessels.clear()
             self._notes.clear()
         known, said = [asc] if asc else [], [steering] if steering else []
-        if not (auvs or known or notes or said):
+        if not (auvs or vessels or known or notes or said):
             return
         key = f"ros2-{time.time_ns()}"
         try:
-            accepted = self._insist(lambda: mission.report(auvs=auvs, asc=known, notes=notes, steering=said, key=key))
+            reports = {"auvs": auvs, "asc": known, "traffic": vessels, "notes": notes, "steering": said}
+            accepted = self._insist(lambda: mission.report(**reports, key=key))
         except Refused as error:
             self._log(f"all reports rejected by the service: {error}")
             return

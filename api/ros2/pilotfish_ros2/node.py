@@ -106,6 +106,7 @@ class PilotfishNode(Node):
             self.create_subscription(
                 Range, f"{auv}/range", lambda message, auv=auv: self._take_range(auv, message), ODOMETRY_QOS
             )
+        self.create_subscription(Odometry, "traffic", self._take_vessel, ODOMETRY_QOS)
         self.create_timer(1.0 / p["rate_hz"], self._tick)
         self.create_timer(STATUS_INTERVAL_S, self._log_status)
         self._link.start()
@@ -163,18 +164,17 @@ class PilotfishNode(Node):
     def _take_auv(self, auv: str, odometry: Odometry) -> None:
         if (motion := self._motion(odometry)) is None:
             return
-        report = {
-            "t_s": motion.t_s,
-            "north_m": motion.north_m,
-            "east_m": motion.east_m,
-            "depth_m": motion.depth_m,
-            "sigma_m": motion.sigma_m or self._settings["sigma_m"],
-        }
-        if motion.ground_velocity is not None:
-            north, east = motion.ground_velocity
-            report |= {"course_rad": math.atan2(east, north), "speed_mps": math.hypot(north, east)}
         self._fixes.setdefault(auv, Arrivals()).push(time.monotonic())
-        self._link.report_auv(auv, report)
+        known = {"depth_m": motion.depth_m, "sigma_m": self._settings["sigma_m"]}
+        self._link.report_auv(auv, known | _place(motion))
+
+    def _take_vessel(self, odometry: Odometry) -> None:
+        """Another vessel: `child_frame_id` says which."""
+        vessel = odometry.child_frame_id.strip("/").removesuffix("/base_link")
+        if not vessel:
+            self._rejected["a vessel without a child_frame_id"] += 1
+        elif (motion := self._motion(odometry)) is not None:
+            self._link.report_vessel(vessel, _place(motion))
 
     def _take_range(self, auv: str, message: Range) -> None:
         """The mission knows where the craft was when it measured the range."""
@@ -308,6 +308,17 @@ def mission_body(p: dict[str, Any]) -> dict[str, Any]:
         if body["live"].setdefault("origin", origin) != origin:
             raise ValueError("origin.lat_deg and origin.lon_deg differ from the origin in setup_file")
     return body
+
+
+def _place(motion: Motion) -> dict[str, Any]:
+    """What a motion tells of an AUV or a vessel. A value that nothing was published of is left out."""
+    place = {"t_s": motion.t_s, "north_m": motion.north_m, "east_m": motion.east_m}
+    if motion.sigma_m:
+        place["sigma_m"] = motion.sigma_m
+    if motion.ground_velocity is not None:
+        north, east = motion.ground_velocity
+        place |= {"course_rad": math.atan2(east, north), "speed_mps": math.hypot(north, east)}
+    return place
 
 
 def main() -> None:

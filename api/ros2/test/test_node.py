@@ -24,6 +24,7 @@ from pilotfish import Client
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from sensor_msgs.msg import Range
 
 PERIOD_S, PATIENCE_S = 0.1, 60.0
 TIME_CONSTANT_S, RATE_MAX = 2.0, 0.25
@@ -96,7 +97,10 @@ class Sea:
         red = Vehicle("red", -5.0, 20.0, -12.5, math.pi / 2, (3.0, 1.0), 0.7)
         black = Vehicle("black", 5.0, 20.0, -3.25, math.pi / 2, (0.8, 2.5), -0.4)
         red.speed = black.speed = 0.2
-        self.vehicles = {vehicle.name: vehicle for vehicle in (self.boat, red, black)}
+        # Another vessel, far off and farther every second.
+        ferry = Vehicle("ferry", 4000.0, 0.0, 0.0, 0.3, (20.0, 10.0))
+        ferry.speed = 5.0
+        self.vehicles = {vehicle.name: vehicle for vehicle in (self.boat, red, black, ferry)}
         self.is_heard = True
         self.twists, self.paths, self.told_s = [], [], -math.inf
 
@@ -106,7 +110,9 @@ class Sea:
             "medusa": self.ros.create_publisher(Odometry, "/fleet/medusa/odom", 10),
             "red": self.ros.create_publisher(Odometry, "/fleet/red/odom", best_effort),
             "black": self.ros.create_publisher(Odometry, "/black/odometry/filtered", 10),
+            "ferry": self.ros.create_publisher(Odometry, "/fleet/traffic", best_effort),
         }
+        self.ranges = self.ros.create_publisher(Range, "/fleet/red/range", best_effort)
         self.ros.create_subscription(TwistStamped, "/fleet/medusa/cmd_vel", self.steer, 10)
         self.ros.create_subscription(Path, "/fleet/medusa/plan", self.paths.append, 10)
         self.ros.create_timer(PERIOD_S, self.step)
@@ -145,6 +151,11 @@ class Sea:
             vehicle.move(PERIOD_S)
             if self.is_heard or vehicle is not self.boat:
                 self.publishers[name].publish(vehicle.odometry(self.ros.get_clock().now()))
+        red = self.vehicles["red"]
+        distance = math.dist((self.boat.east, self.boat.north, 0.0), (red.east, red.north, red.up))
+        message = Range(range=distance, max_range=500.0)
+        message.header.stamp = self.ros.get_clock().now().to_msg()
+        self.ranges.publish(message)
 
     def until(self, condition, complaint, patience_s=PATIENCE_S):
         assert self.node.poll() in (None, -9), "the node ended"
@@ -201,12 +212,17 @@ def test_a_boat_that_follows_its_references_comes_to_the_goal(sea):
 
 
 def test_the_mission_hears_what_was_published_in_its_own_frame(sea):
-    counts = dict.fromkeys(sea.vehicles, 0)
+    counts = dict.fromkeys([*sea.vehicles, "ranges"], 0)
     for heard in sea.heard():
-        for name, reports in heard.get("auvs", {}).items():
+        vessels = {vessel["id"]: [vessel] for vessel in heard.get("traffic", [])}
+        for name, reports in (heard.get("auvs", {}) | vessels).items():
             for report in reports:
+                if "range_m" in report:
+                    assert name == "red" and 3.0 < report["range_m"] < 100.0, report
+                    counts["ranges"] += 1
+                    continue
                 sent = sea.vehicles[name].sent_at(report["t_s"])
-                for member in ("north_m", "east_m", "depth_m", "sigma_m", "speed_mps"):
+                for member in {"north_m", "east_m", "depth_m", "sigma_m", "speed_mps"} & report.keys():
                     near(f"{name} {member}", report[member], sent[member])
                 near(f"{name} course", math.remainder(report["course_rad"] - sent["course_rad"], math.tau), 0.0)
                 counts[name] += 1

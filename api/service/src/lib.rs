@@ -63,7 +63,7 @@ pub async fn service(settings: Settings, store: EventStore) -> Result<(Router, M
         tokens.bind(&store).await?;
     }
     let planners = Planners::new(&settings, store.metrics());
-    let missions = Missions::resume(store.clone(), planners.clone()).await?;
+    let missions = Missions::resume(store.clone(), planners.clone(), settings.tokens.clone()).await?;
     let router = routed(settings, planners, Some(missions.clone()));
     Ok((router, missions))
 }

@@ -15,6 +15,7 @@ pub(crate) mod forward;
 mod if_match;
 mod list;
 mod memory;
+pub mod own_craft;
 pub(crate) mod parameters;
 pub mod record;
 mod registry;
@@ -26,5 +27,6 @@ mod shared;
 mod simulation;
 mod state;
 mod stream;
+mod traffic;
 
 pub use registry::Missions;

@@ -1,6 +1,6 @@
 //! `pilotfish bridge` connects an autopilot to a mission; `pilotfish preflight` checks beforehand.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,8 +9,10 @@ use std::{fs, io, process};
 use bridge::acoustics::{self, Modem};
 use bridge::autopilot_link::AutopilotSettings;
 use bridge::follow::{Bridge as Follower, Settings};
+use bridge::imc::ImcSettings;
 use bridge::mission_client::{MissionClient, TokenFile, Transport};
 use bridge::mission_link::MissionChoice;
+use bridge::moos::datum_of;
 use bridge::preflight::{Verdict, checks};
 use bridge::wire::{self, Endpoint, InvalidEndpoint};
 use clap::{Args, Subcommand, ValueEnum, value_parser};
@@ -51,12 +53,86 @@ pub(crate) enum Bridge {
         #[command(flatten)]
         rest: Following,
     },
+    /// A MOOSDB with the IvP helm, which two behaviours let follow the plan (docs/at-sea.md).
+    Moos {
+        #[command(flatten)]
+        database: Database,
+        #[command(flatten)]
+        rest: Following,
+    },
+    /// A craft that runs DUNE, on IMC: follows places ahead in the manoeuvre FollowReference.
+    Imc {
+        #[command(flatten)]
+        dune: Dune,
+        #[command(flatten)]
+        rest: Following,
+        /// Start FollowReference, once. Without it a person does, with the bridge's number as
+        /// control source.
+        #[arg(long, conflicts_with = "headings")]
+        take_control: bool,
+    },
+}
+
+/// A craft that runs DUNE, and the network on which it is.
+#[derive(Debug, Args)]
+pub(crate) struct Dune {
+    /// The network: imc:ADDRESS:PORT, an address of this computer that the vehicles reach; or the
+    /// craft alone: tcp:HOST:PORT, udp:HOST:PORT, udpout:HOST:PORT, serial:DEVICE:BAUD
+    #[arg(long, value_name = "WIRE")]
+    connect: Endpoint,
+    /// The craft, by the name that it announces; on wires without announcements N=NAME, as for
+    /// --auv.
+    #[arg(long, value_name = "[N=]NAME", value_parser = numbered)]
+    vehicle: (Option<u16>, String),
+    /// An AUV, by the name that it announces and that modems give it, or by its number N too, such
+    /// as 0x001e=lauv-1; may be repeated.
+    #[arg(long, value_name = "[N=]NAME", value_parser = numbered)]
+    auv: Vec<(Option<u16>, String)>,
+    /// An AUV whose ranges are those to the LBL beacon N; may be repeated.
+    #[arg(long, value_name = "N=NAME", value_parser = named_system)]
+    beacon: Vec<(u8, String)>,
+    /// The bridge's own number; each bridge on a network needs another one.
+    #[arg(long, value_name = "N", default_value = "0x4f15", value_parser = system_number)]
+    imc_id: u16,
+    /// Send headings and speeds (DesiredHeading, DesiredSpeed) in the mode EXTERNAL, not places
+    /// with speeds (Reference): nothing of DUNE ends them.
+    #[arg(long)]
+    headings: bool,
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Preflight {
+    #[command(subcommand)]
+    other: Option<OtherPreflight>,
     #[command(flatten)]
-    autopilot: Autopilot,
+    autopilot: Option<Autopilot>,
+    #[command(flatten)]
+    rest: Listening,
+}
+
+/// A craft without MAVLink.
+#[derive(Debug, Subcommand)]
+enum OtherPreflight {
+    /// A craft that runs DUNE, on IMC.
+    Imc {
+        #[command(flatten)]
+        dune: Dune,
+        #[command(flatten)]
+        rest: Listening,
+    },
+    /// A MOOSDB with the IvP helm.
+    Moos {
+        #[command(flatten)]
+        database: Database,
+        #[command(flatten)]
+        rest: Listening,
+    },
+}
+
+/// Listening to a craft, and planning for it.
+#[derive(Debug, Args)]
+struct Listening {
     #[command(flatten)]
     sensors: Sensors,
     #[command(flatten)]
@@ -78,6 +154,24 @@ pub(crate) struct Autopilot {
     /// An AUV that speaks MAVLink as system N; may be repeated.
     #[arg(long, value_name = "N=NAME", value_parser = named_system)]
     auv: Vec<(u8, String)>,
+}
+
+/// The MOOSDB of a craft.
+#[derive(Debug, Args)]
+pub(crate) struct Database {
+    /// The database.
+    #[arg(long, value_name = "WIRE", default_value = "tcp:localhost:9000")]
+    connect: Endpoint,
+    /// The craft's mission file with its macros expanded, for LatOrigin and LongOrigin.
+    #[arg(long, value_name = "FILE")]
+    moos_file: Option<PathBuf>,
+    /// An AUV, by its name in node reports; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    auv: Vec<String>,
+    /// Write DESIRED_HEADING and DESIRED_SPEED instead, for a craft without helm. Nothing then
+    /// arbitrates, and nothing stops the craft but its controller.
+    #[arg(long)]
+    desired: bool,
 }
 
 /// Following a mission, with any autopilot.
@@ -204,6 +298,11 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
             (autopilot.link(), auvs, rest, take_control)
         }
         Bridge::Nmea { connect, rest } => (AutopilotSettings::Nmea { connect }, vec![], rest, false),
+        Bridge::Moos { database, rest } => (database.link()?, database.auv, rest, false),
+        Bridge::Imc { dune, rest, take_control } => {
+            let (link, auvs) = dune.open(false);
+            (link, auvs, rest, take_control)
+        }
     };
     let (sensors, names) = following.sensors.open()?;
     let mission = following.mission.mission([auvs, names].concat())?;
@@ -235,13 +334,22 @@ async fn follow(bridge: Bridge, config: &Config, clock: &Clock) -> Result<(), Bo
 }
 
 async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(), Box<dyn Error>> {
-    let (sensors, names) = arguments.sensors.open()?;
-    let auvs = [arguments.autopilot.names(), names].concat();
-    let mission = arguments.mission.mission(auvs.clone())?;
-    let missions = arguments.mission.service(config, clock).await?;
+    let (link, auvs, rest) = match (&arguments.other, &arguments.autopilot) {
+        (Some(OtherPreflight::Moos { database, rest }), _) => (database.link()?, database.auv.clone(), rest),
+        (Some(OtherPreflight::Imc { dune, rest }), _) => {
+            let (link, auvs) = dune.open(true);
+            (link, auvs, rest)
+        }
+        (None, Some(autopilot)) => (autopilot.link(), autopilot.names(), &arguments.rest),
+        (None, None) => return Err("give --connect WIRE of an autopilot, or moos or imc".into()),
+    };
+    let (sensors, names) = rest.sensors.open()?;
+    let auvs = [auvs, names].concat();
+    let mission = rest.mission.mission(auvs.clone())?;
+    let missions = rest.mission.service(config, clock).await?;
     let settings = Settings { dry_run: true, ..sensors };
-    let mut follower = Follower::open(clock, arguments.autopilot.link(), settings, wire::open);
-    let look = Duration::from_secs(arguments.look);
+    let mut follower = Follower::open(clock, link, settings, wire::open);
+    let look = Duration::from_secs(rest.look);
     if follower.wait_for_craft(look).await {
         follower.follow(missions, mission).await;
         // A mission that cannot be created has its own check.
@@ -272,6 +380,44 @@ impl Autopilot {
 
     fn names(&self) -> Vec<String> {
         self.auv.iter().map(|(_, name)| name.clone()).collect()
+    }
+}
+
+impl Database {
+    fn link(&self) -> Result<AutopilotSettings, Failure> {
+        let datum = self.moos_file.as_ref().map(|file| {
+            datum_of(&text_of(file)?).map_err(because_of(format!("{} has no datum", file.display())))
+        });
+        Ok(AutopilotSettings::Moos {
+            connect: self.connect.clone(),
+            auvs: self.auv.clone(),
+            datum: datum.transpose()?,
+            is_raw: self.desired,
+        })
+    }
+}
+
+impl Dune {
+    /// The link, which `asks` before departure whether DUNE takes FollowReference, and the names of
+    /// AUVs.
+    fn open(&self, asks: bool) -> (AutopilotSettings, Vec<String>) {
+        let Self { connect, vehicle, auv, beacon, imc_id, headings } = self;
+        let numbered = [vehicle].into_iter().chain(auv);
+        let numbers: BTreeMap<u16, String> =
+            numbered.filter_map(|(number, name)| Some(((*number)?, name.clone()))).collect();
+        let auvs: Vec<String> = auv.iter().map(|(_, name)| name.clone()).collect();
+        let names = auvs.iter().chain(beacon.iter().map(|(_, name)| name)).cloned().collect();
+        let link = AutopilotSettings::Imc(ImcSettings {
+            connect: connect.clone(),
+            number: *imc_id,
+            vehicle: vehicle.1.clone(),
+            auvs,
+            numbers,
+            beacons: beacon.iter().cloned().collect(),
+            headings: *headings,
+            asks,
+        });
+        (link, names)
     }
 }
 
@@ -318,7 +464,7 @@ impl MissionFlags {
     /// The body of a mission with these AUVs.
     fn body(&self, auvs: &[String]) -> Result<Value, Box<dyn Error>> {
         let first = auvs.first().ok_or(
-            "no AUV: name one with --auv N=NAME or in a modem's settings, or give --setup FILE or --mission ID",
+            "no AUV: name one with --auv or in a modem's settings, or give --setup FILE or --mission ID",
         )?;
         let goal = match (self.goal, auvs.len()) {
             (Some(Goal::Track), _) | (None, 1) => json!({ "kind": "track", "auv": first }),
@@ -396,6 +542,22 @@ fn text_of(file: &Path) -> Result<String, Failure> {
 
 fn unreadable(file: &Path) -> impl FnOnce(io::Error) -> Failure {
     because_of(format!("{} cannot be read", file.display()))
+}
+
+/// The number of a system of IMC, decimal or with 0x.
+fn system_number(text: &str) -> Result<u16, &'static str> {
+    let number =
+        text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u16::from_str_radix(digits, 16));
+    let number = number.ok().filter(|number| (1..u16::MAX).contains(number));
+    number.ok_or("write a number from 1 to 65534, such as 0x001e")
+}
+
+fn numbered(text: &str) -> Result<(Option<u16>, String), &'static str> {
+    let (number, name) = text.rsplit_once('=').map_or((None, text), |(number, name)| (Some(number), name));
+    if name.is_empty() {
+        return Err("write a name, such as lauv-1, or a number and a name, such as 0x001e=lauv-1");
+    }
+    Ok((number.map(system_number).transpose()?, name.to_owned()))
 }
 
 fn named_system(text: &str) -> Result<(u8, String), &'static str> {

@@ -136,7 +136,8 @@ async fn files_and_routes_and_names_in_backticks_exist() {
 }
 
 /// Names of other programs.
-const OF_OTHERS: [&str; 3] = ["rmw_fastrtps_cpp", "sim_vehicle", "transient_local"];
+const OF_OTHERS: [&str; 5] =
+    ["duration_reset", "rmw_fastrtps_cpp", "sim_vehicle", "tardy_helm_threshold", "transient_local"];
 
 /// A route whose parameters are all called the same.
 fn without_names(route: &str) -> String {
@@ -150,7 +151,7 @@ fn without_names(route: &str) -> String {
 fn words_of_the_code(files: &BTreeSet<String>) -> BTreeSet<String> {
     let is_code = |file: &&String| {
         let kind = file.rsplit('.').next().unwrap_or_default();
-        matches!(kind, "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service")
+        matches!(kind, "rs" | "py" | "toml" | "json" | "js" | "mjs" | "xml" | "service" | "bhv")
     };
     let mut words = BTreeSet::new();
     for file in files.iter().filter(is_code) {

@@ -14,7 +14,7 @@ use geodesy::Datum;
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use planner::path::Segment;
 use planner::plan::Plan;
-use planner::snapshot::{NoGo, Origin, PlanRequest, PreviousPlan, Snapshot};
+use planner::snapshot::{NoGo, Origin, PlanRequest, PreviousPlan, Snapshot, Vessel};
 
 /// Largest error of the linear form, m; beyond it, positions are converted over the Earth.
 const LINEAR_ERROR_MAX: f64 = 1e-3;
@@ -90,8 +90,8 @@ impl CraftFrame {
         for disc in &mut request.keep_outs {
             frame.put(&mut disc.north_m, &mut disc.east_m);
         }
-        for vessel in &mut request.traffic {
-            frame.put(&mut vessel.north_m, &mut vessel.east_m);
+        for (north, east) in request.traffic.iter_mut().flat_map(Vessel::positions_mut) {
+            frame.put(north, east);
         }
         // Straight sides stay straight.
         for corner in request.area.iter_mut().chain(request.no_go.iter_mut().flat_map(NoGo::corners_mut)) {

@@ -22,6 +22,11 @@ const TURNS: [f64; 8] = [0.26, 0.52, 0.79, 1.05, 1.57, 2.09, 2.62, PI];
 /// Times for which a manoeuvre is held, as shares of the time until the last vessel is past.
 const HOLDS: [f64; 5] = [0.35, 0.6, 0.85, 1.1, 1.4];
 
+/// Turns, rad, and times, s, by which the present manoeuvre is changed: vessels then pass on the sides
+/// that they had.
+const NEAR_TURNS: [f64; 7] = [0.0, 0.17, -0.17, 0.35, -0.35, 0.7, -0.7];
+const NEAR_HOLDS: [f64; 3] = [-40.0, 0.0, 40.0];
+
 /// Least time for which it is held, s.
 const HOLD_LEAST: f64 = 20.0;
 
@@ -68,7 +73,7 @@ impl Avoider<'_> {
             other.side = met.filter(|met| met.acts).map(|encounter| encounter.starboard_m);
         }
         // 1. Straight for the goal: who would come too near?
-        let direct = Trial { heading: None, speed: self.craft.limits.speed_max, until: 0.0, margin: 0.0 };
+        let direct = Trial { heading: None, speed: self.craft.limits.speed_max, until: 0.0, doubt: 1.0 };
         let straight = scene.sail(&direct, f64::INFINITY, |_| {})?;
         let course = scene.course();
         let mut acts = vec![false; scene.others.len()];
@@ -82,7 +87,10 @@ impl Avoider<'_> {
                 continue;
             }
             let VesselForecast { position, velocity, .. } = &other.forecast;
-            let met = other.kind.unwrap_or_else(|| kind(&course, position, velocity));
+            let met = other.kind.unwrap_or_else(|| match kind(&course, position, velocity) {
+                met if met.stands_on() && other.forecast.has_plan() => EncounterKind::CrossingGiveWay,
+                met => met,
+            });
             other.kind = Some(met);
             let limits = &self.craft.limits;
             let leaves = radius / limits.speed_max + FRAC_PI_2 / limits.turn_rate_max;
@@ -98,7 +106,7 @@ impl Avoider<'_> {
             heading: Some(wrap(present.heading_rad - heading)),
             speed: present.speed_mps,
             until: present.until_s - snapshot.t_s,
-            margin: -scene.tuned.kept_margin,
+            doubt: scene.tuned.kept_doubt,
         });
         let kept = kept.filter(|kept| 0.0 < kept.until);
         let best = if acts.contains(&true) { self.best(&scene, kept, &acts, &straight) } else { None };
@@ -146,7 +154,7 @@ impl Avoider<'_> {
         let acting = straight.passings.iter().zip(acts).filter(|(_, acts)| **acts);
         let past = acting.map(|(passing, _)| passing.time).fold(0.0, f64::max);
         let limits = &self.craft.limits;
-        let (change, margin) = (scene.tuned.change_price, scene.tuned.pass_margin);
+        let (change, doubt) = (scene.tuned.change_price, 1.0);
         let mut best: Option<(Trial, Outcome, f64)> = None;
         let mut consider = |trial: Trial, price: f64| {
             let least = best.as_ref().map_or(f64::INFINITY, |(_, _, least)| *least);
@@ -157,9 +165,16 @@ impl Avoider<'_> {
         };
         if let Some(kept) = kept {
             consider(kept, 0.0);
+            for until in NEAR_HOLDS.map(|more| (kept.until + more).max(HOLD_LEAST)) {
+                for turn in NEAR_TURNS {
+                    for speed in [kept.speed, limits.speed_max] {
+                        let heading = kept.heading.map(|heading| wrap(heading + turn));
+                        consider(Trial { heading, speed, until, doubt }, change);
+                    }
+                }
+            }
         }
-        let direct = Trial { heading: None, speed: limits.speed_max, until: 0.0, margin: 0.0 };
-        consider(Trial { margin, ..direct }, change);
+        consider(Trial { heading: None, speed: limits.speed_max, until: 0.0, doubt }, change);
         let goal = &scene.goal[0];
         let wanted = goal.velocity + goal.position * scene.tuned.pursuit_rate - scene.current;
         let to_goal = wanted.y.atan2(wanted.x);
@@ -173,7 +188,7 @@ impl Avoider<'_> {
                 let speed = (share * limits.speed_max).max(limits.speed_min);
                 if share < 1.0 {
                     let slower = (share * wanted.norm().min(limits.speed_max)).max(limits.speed_min);
-                    consider(Trial { heading: None, speed: slower, until, margin }, change);
+                    consider(Trial { heading: None, speed: slower, until, doubt }, change);
                 }
                 for turn in TURNS.into_iter().filter(|_| 0.0 < share) {
                     if (self.due)() {
@@ -181,7 +196,7 @@ impl Avoider<'_> {
                     }
                     for (side, price) in [(1.0, 0.0), (-1.0, to_port)] {
                         let heading = Some(wrap(to_goal + side * turn));
-                        consider(Trial { heading, speed, until, margin }, change + price);
+                        consider(Trial { heading, speed, until, doubt }, change + price);
                     }
                 }
             }

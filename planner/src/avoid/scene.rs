@@ -64,7 +64,7 @@ impl<'a> Scene<'a> {
             .map(|vessel| vessel.seen_from(motion))
             .filter_map(|forecast| {
                 let distance = closest_approach(&forecast.position, &forecast.velocity).0;
-                let is_near = distance - forecast.radius(tuned.look_ahead) < reach;
+                let is_near = forecast.has_plan() || distance - forecast.radius(tuned.look_ahead) < reach;
                 let gap = forecast.position.norm() - forecast.radius(0.0) - reach;
                 let comes = gap < forecast.velocity.norm() * tuned.look_ahead;
                 let first = gap / (forecast.velocity.norm() + snapshot.speed_most());

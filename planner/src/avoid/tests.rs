@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::encounter::{closest_approach, kind};
-use crate::facts::traffic::{EncounterKind, Vessel, VesselStatus};
+use crate::facts::traffic::{Avoidance, EncounterKind, Vessel, VesselStatus};
 use crate::tests::prelude::*;
 use crate::{Parameters, Plan, Workspace, plan};
 
@@ -21,6 +21,7 @@ fn vessel(id: &str, place: [f64; 2], course: f64, speed: f64) -> Vessel {
         heading_rad: None,
         length_m: Some(40.0),
         sigma_m: Some(5.0),
+        plan: Vec::new(),
         status: VesselStatus::UnderWay,
     }
 }
@@ -171,4 +172,25 @@ fn a_velocity_is_averaged_and_a_turn_begins_it_anew() {
     }
     let off = |velocity: &Vector2<f64>| wrap(velocity.y.atan2(velocity.x) - PI).abs();
     assert!(off(&seen[9]) < 0.01 && 0.25 < off(&seen[10]), "{seen:?}");
+}
+
+#[test]
+fn a_vessel_with_a_plan_is_foreseen_along_it_and_gives_no_way() {
+    let met = |vessel: Vessel| answer(request(vec![vessel])).avoidance.expect("may come near");
+    // From port: a vessel without a plan is to give way.
+    let from_port = vessel("ship", [84.0, -600.0], PI / 2.0, 5.0);
+    let straight = vec![[220.0, 84.0, 0.0], [400.0, 84.0, 900.0]];
+    let (stands_on, gives_way) = (met(from_port.clone()), met(Vessel { plan: straight, ..from_port }));
+    let told = |avoidance: &Avoidance| (avoidance.encounters[0].kind, avoidance.encounters[0].acts);
+    assert_eq!(told(&stands_on), (EncounterKind::CrossingStandOn, false));
+    assert_eq!(told(&gives_way), (EncounterKind::CrossingGiveWay, true));
+    // Head-on, it turns away; on a parallel course, it turns towards the craft.
+    let head_on = vessel("ship", [800.0, 0.0], PI, 5.0);
+    let away = vec![[110.0, 750.0, 0.0], [130.0, 750.0, 100.0], [170.0, 750.0, 300.0]];
+    assert!(met(head_on.clone()).manoeuvre.is_some());
+    assert_eq!(met(Vessel { plan: away, ..head_on }).encounters, []);
+    let beside = vessel("ship", [60.0, -400.0], 0.0, 5.0);
+    let towards = vec![[180.0, 60.0, 0.0], [200.0, 60.0, 100.0]];
+    assert_eq!(met(beside.clone()).encounters, []);
+    assert!(met(Vessel { plan: towards, ..beside }).manoeuvre.is_some());
 }

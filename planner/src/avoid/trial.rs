@@ -24,8 +24,9 @@ pub(crate) struct Trial {
     pub(crate) heading: Option<f64>,
     pub(crate) speed: f64,
     pub(crate) until: f64,
-    /// Share by which vessels are passed farther off than they must be: noise then does not end it.
-    pub(crate) margin: f64,
+    /// Share of the uncertainty of vessels by which they are passed farther off: all of it by a new
+    /// manoeuvre, less by the present one, so that noise does not end it.
+    pub(crate) doubt: f64,
 }
 
 /// How a vessel passes.
@@ -64,20 +65,19 @@ impl Scene<'_> {
         let (dt, tuned) = (self.dt(), &self.tuned);
         let (mut position, mut bow, mut speed) = (Vector2::zeros(), Vector2::new(1.0, 0.0), self.speed_now);
         let mut passings: SmallVec<[Passing; 16]> =
-            self.others.iter().map(|other| Passing::begun(other, &position)).collect();
+            self.others.iter().map(|other| Passing::begun(other, &position, trial.doubt)).collect();
         let (mut tracking, mut deepest, mut depths) = (0.0, 0.0_f64, 0.0);
         see(position);
         for k in 0..STEPS {
             let (time, before) = (dt * k as f64, position);
-            let wider = 1.0 + trial.margin;
             self.step(trial, k, &mut position, &mut bow, &mut speed);
             see(position);
             tracking += (position - self.goal[k + 1].position).norm();
             let mut depth = self.breach(&position);
             for (other, passing) in self.others.iter().zip(&mut passings) {
-                passing.step(other, time, dt, [&before, &position]);
+                passing.step(other, trial.doubt, (time, dt), [&before, &position]);
                 let here = (position - other.forecast.at(time + dt)).norm();
-                depth = depth.max(wider * other.forecast.radius(time + dt) - here);
+                depth = depth.max(other.forecast.radius_of(time + dt, trial.doubt) - here);
             }
             deepest = deepest.max(depth);
             depths += depth.max(0.0) * dt / DEPTH_TIME;
@@ -85,9 +85,7 @@ impl Scene<'_> {
                 return None;
             }
         }
-        let least_clear =
-            |passing: &Passing| trial.margin * (passing.distance - passing.clearance) - passing.clearance;
-        let between = passings.iter().map(least_clear).fold(deepest, f64::max);
+        let between = passings.iter().map(|passing| -passing.clearance).fold(deepest, f64::max);
         let price = |(other, passing): (&Other, &Passing)| {
             let changes = other.side.is_some_and(|side| side * passing.place.y < 0.0);
             let wrong = if passing.is_wrong_side { tuned.side_price } else { 0.0 };
@@ -142,28 +140,34 @@ impl Scene<'_> {
 }
 
 impl Passing {
-    fn begun(other: &Other, craft: &Vector2<f64>) -> Self {
+    fn begun(other: &Other, craft: &Vector2<f64>, doubt: f64) -> Self {
         let distance = (craft - other.forecast.at(0.0)).norm();
-        let clearance = distance - other.forecast.radius(0.0);
+        let clearance = distance - other.forecast.radius_of(0.0, doubt);
         Self {
             clearance,
             time: 0.0,
             distance,
             too_near: (clearance < 0.0).then_some(0.0),
-            place: other.beside(craft, 0.0),
+            place: other.beside(craft, 0.0, 0.0),
             is_wrong_side: false,
         }
     }
 
     /// Goes on by the step at `time` that leads the craft from one place to the next.
-    fn step(&mut self, other: &Other, time: f64, dt: f64, [before, after]: [&Vector2<f64>; 2]) {
-        let [from, to] = [other.beside(before, time), other.beside(after, time + dt)];
+    fn step(
+        &mut self,
+        other: &Other,
+        doubt: f64,
+        (time, dt): (f64, f64),
+        [before, after]: [&Vector2<f64>; 2],
+    ) {
+        let [from, to] = [other.beside(before, time, time), other.beside(after, time + dt, time)];
         // Fast vessels pass between two steps.
         let chord = to - from;
         let length = chord.norm_squared();
         let share = if length > 0.0 { (-from.dot(&chord) / length).clamp(0.0, 1.0) } else { 0.0 };
         let (nearest, at) = (from + chord * share, time + share * dt);
-        let clearance = nearest.norm() - other.forecast.radius(at);
+        let clearance = nearest.norm() - other.forecast.radius_of(at, doubt);
         if clearance < self.clearance {
             (self.clearance, self.time) = (clearance, at);
             (self.distance, self.place) = (nearest.norm(), nearest);
@@ -171,7 +175,7 @@ impl Passing {
         if clearance < 0.0 && self.too_near.is_none() {
             self.too_near = Some(at);
         }
-        let speed = other.forecast.velocity.norm();
+        let speed = other.forecast.velocity_at(time).norm();
         let crosses = from.y * to.y < 0.0;
         let along = if crosses { from.x - from.y * (to.x - from.x) / (to.y - from.y) } else { 0.0 };
         let ahead = 0.0 < along && along < (AHEAD * speed).max(3.0 * other.forecast.radius(at));
@@ -185,11 +189,11 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time`, along the vessel's course and to starboard of it, m; of a vessel without
-    /// a course, in the scene's axes.
-    fn beside(&self, craft: &Vector2<f64>, time: f64) -> Vector2<f64> {
+    /// `craft` at `time`, along the vessel's course of the time `of` and to starboard of it, m; of a
+    /// vessel without a course, in the scene's axes.
+    fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
-        match self.forecast.velocity.try_normalize(SPEED_UNDER_WAY) {
+        match self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY) {
             Some(along) => Vector2::new(there.dot(&along), there.dot(&starboard_of(along))),
             None => there,
         }

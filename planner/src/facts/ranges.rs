@@ -72,6 +72,9 @@ pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 /// Most vessels in one snapshot.
 pub const VESSELS_MAX: usize = 64;
 
+/// Number of points of a vessel's plan.
+pub const VESSEL_PLAN_LENGTH: RangeInclusive<usize> = 0..=32;
+
 /// Distance to keep from a vessel, m: from a craft's own half length to that of a large ship.
 pub const VESSEL_SEPARATION: RangeInclusive<f64> = 1.0..=2000.0;
 
@@ -345,6 +348,10 @@ pub(crate) const VESSEL: [Range; 8] = [
     ("length_m", 1.0..=500.0),
     ("sigma_m", 0.0..=1.0e4),
 ];
+
+/// A point of a vessel's plan.
+pub(crate) const VESSEL_PLAN: [Range; 3] =
+    [("0", -2.0 * TIME_MAX..=2.0 * TIME_MAX), ("1", FORESEEN), ("2", FORESEEN)];
 
 /// The averaged velocity of a vessel in an earlier answer.
 pub(crate) const PAST_VESSEL: [Range; 4] =

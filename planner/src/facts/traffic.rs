@@ -48,6 +48,10 @@ pub struct Vessel {
     pub length_m: Option<f64>,
     /// Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10.
     pub sigma_m: Option<f64>,
+    /// Where it will be, if that is known: time, s, position north and east of the datum, m, in order of
+    /// time, at most 32. It keeps to this and gives no way; its course and speed are those of now.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<[f64; 3]>,
     /// What it does. One that is made fast stays where it is, however old its position. Default:
     /// `under_way`.
     #[serde(default)]
@@ -93,6 +97,12 @@ impl Vessel {
     /// `true` if it is made fast.
     pub fn is_made_fast(&self) -> bool {
         matches!(self.status, VesselStatus::AtAnchor | VesselStatus::Moored | VesselStatus::Aground)
+    }
+
+    /// Its positions (north, east), that of now and those of its plan, m.
+    pub fn positions_mut(&mut self) -> impl Iterator<Item = (&mut f64, &mut f64)> {
+        let planned = self.plan.iter_mut().map(|[_, north, east]| (north, east));
+        [(&mut self.north_m, &mut self.east_m)].into_iter().chain(planned)
     }
 
     /// Half of its length over all, m.

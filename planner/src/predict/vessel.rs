@@ -14,6 +14,10 @@ pub const VESSEL_STALE: f64 = 200.0;
 /// Age from which it says nothing of a vessel under way, s.
 pub const VESSEL_LOST: f64 = 900.0;
 
+/// Least time of a leg of a plan that has a velocity, s, and the largest such velocity, m/s.
+const LEG_LEAST: f64 = 0.1;
+const SPEED_MOST: f64 = 60.0;
+
 /// A vessel now, by its last position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VesselNow {
@@ -42,15 +46,17 @@ pub fn is_lost(vessel: &Vessel, age: f64) -> bool {
     !vessel.is_made_fast() && VESSEL_LOST <= age
 }
 
-/// A vessel from now on, at constant velocity.
+/// A vessel from now on: along its plan, or else and after it at constant velocity.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct VesselForecast {
     /// Its index in the snapshot.
     pub(crate) vessel: usize,
     /// Position now, m.
     pub(crate) position: Vector2<f64>,
-    /// Velocity over ground, m/s; zero if not known.
+    /// Velocity over ground now, m/s; zero if not known.
     pub(crate) velocity: Vector2<f64>,
+    /// Times from now, s, and positions of its plan, m.
+    plan: Vec<(f64, Vector2<f64>)>,
     /// Number of positions over which the velocity is averaged.
     pub(crate) count: f64,
     /// Distance to keep from a position without error, m.
@@ -74,7 +80,8 @@ impl VesselForecast {
             let past = past.iter().find(|past| past.id == vessel.id);
             let tuned = &snapshot.tuned().avoid;
             let (velocity, count) = averaged(vessel, snapshot.t_s - age, past, tuned);
-            let known = Self::new(i, vessel, (velocity, count), age, snapshot.vessel_separation_m, tuned);
+            let times = [snapshot.t_s, age];
+            let known = Self::new(i, vessel, (velocity, count), times, snapshot.vessel_separation_m, tuned);
             (!is_lost(vessel, age)).then_some(known)
         })
     }
@@ -83,7 +90,7 @@ impl VesselForecast {
         i: usize,
         vessel: &Vessel,
         (velocity, count): (Option<Vector2<f64>>, f64),
-        age: f64,
+        [now, age]: [f64; 2],
         separation: Option<f64>,
         tuned: &AvoidNumbers,
     ) -> Self {
@@ -93,10 +100,12 @@ impl VesselForecast {
             None => vessel.speed_mps.unwrap_or(tuned.unknown_speed),
         };
         let known = velocity.unwrap_or_else(Vector2::zeros);
+        let after = vessel.plan.iter().map(|[time, north, east]| (time - now, Vector2::new(*north, *east)));
         Self {
             vessel: i,
             position: vessel.position() + known * age,
             velocity: known,
+            plan: after.filter(|(ahead, _)| 0.0 < *ahead).collect(),
             count,
             separation: vessel.half_length() + separation.unwrap_or(VESSEL_SEPARATION_DEFAULT),
             sigma: vessel.sigma(),
@@ -109,21 +118,52 @@ impl VesselForecast {
 
     /// The same forecast with other coordinates.
     pub(crate) fn seen_from(&self, motion: impl Fn(&Motion) -> Motion) -> Self {
-        let Motion { position, velocity } =
-            motion(&Motion { position: self.position, velocity: self.velocity });
-        Self { position, velocity, ..*self }
+        let place = |position: Vector2<f64>| motion(&Motion { position, velocity: self.velocity });
+        let Motion { position, velocity } = place(self.position);
+        let plan = self.plan.iter().map(|(ahead, position)| (*ahead, place(*position).position)).collect();
+        Self { position, velocity, plan, ..*self }
+    }
+
+    /// `true` if it has a plan: it gives no way.
+    pub(crate) fn has_plan(&self) -> bool {
+        !self.plan.is_empty()
     }
 
     /// Its position `ahead` seconds after the snapshot, m.
     pub(crate) fn at(&self, ahead: f64) -> Vector2<f64> {
-        self.position + self.velocity * ahead
+        let Some([(from, begin), (until, end)]) = self.leg(ahead) else {
+            return self.position + self.velocity * ahead;
+        };
+        let share = ((ahead - from) / (until - from)).clamp(0.0, 1.0);
+        let after = self.velocity_at(ahead) * (ahead - until).max(0.0);
+        begin + (end - begin) * share + after
+    }
+
+    /// Its velocity over ground `ahead` seconds after the snapshot, m/s.
+    pub(crate) fn velocity_at(&self, ahead: f64) -> Vector2<f64> {
+        self.leg(ahead).map_or(self.velocity, |[(from, begin), (until, end)]| {
+            ((end - begin) / (until - from).max(LEG_LEAST)).cap_magnitude(SPEED_MOST)
+        })
+    }
+
+    /// Both ends of the leg of its plan that it is on then; after its plan, of the last one.
+    fn leg(&self, ahead: f64) -> Option<[(f64, Vector2<f64>); 2]> {
+        let last = self.plan.len().checked_sub(1)?;
+        let to = self.plan.partition_point(|(time, _)| *time < ahead).min(last);
+        let from = to.checked_sub(1).map_or((0.0, self.position), |before| self.plan[before]);
+        Some([from, self.plan[to]])
     }
 
     /// Distance to keep from that position, m: half its length, the distance to keep, and two standard
     /// deviations, which grow with its age.
     pub(crate) fn radius(&self, ahead: f64) -> f64 {
+        self.radius_of(ahead, 1.0)
+    }
+
+    /// The same with `share` of those deviations.
+    pub(crate) fn radius_of(&self, ahead: f64, share: f64) -> f64 {
         let grown = self.deviations * self.sigma.hypot(self.sigma_velocity * (self.age + ahead));
-        self.separation + grown.min(self.growth_max)
+        self.separation + share * grown.min(self.growth_max)
     }
 }
 

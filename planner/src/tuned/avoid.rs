@@ -21,10 +21,8 @@ numbers! {
         look_ahead = 300.0,
         /// Share of the distance to keep by which the way to the goal must be clear to end a manoeuvre.
         end_margin = 0.1,
-        /// Share of the distance to keep by which a new manoeuvre passes farther off.
-        pass_margin = 0.15,
-        /// Share of it by which the present manoeuvre may pass nearer.
-        kept_margin = 0.1,
+        /// Share of the uncertainty of vessels that the present manoeuvre has to leave.
+        kept_doubt = 0.3,
         /// Multiple of the time that it takes to leave a vessel's way at which a craft that gives way acts.
         early_share = 3.0,
         /// The multiple at which a craft that stands on acts.
@@ -36,7 +34,7 @@ numbers! {
         /// Price of a pass on the wrong side, m of distance from the goal.
         side_price = 300.0,
         /// Price of a pass on another side than was meant, m of distance from the goal.
-        other_side_price = 60.0,
+        other_side_price = 200.0,
         /// Price of another manoeuvre than the present one, m of distance from the goal.
         change_price = 10.0,
         /// Rate at which a rolled-out craft closes the distance to its goal, 1/s.

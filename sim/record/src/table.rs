@@ -70,7 +70,7 @@ columns! {
     kind: Word, "", "One of the kinds above";
     t_s: Number, "s", "Time of what the row describes: since the start, or Unix time in a live mission";
     received_s: Number, "s", "Time of receipt: of a report by the surface craft, on the same clock; of an order by the service, Unix time";
-    vehicle: Word, "", "`asc`, the surface craft, or the AUV's id";
+    vehicle: Word, "", "`asc`, the surface craft, or the id of the AUV or vessel";
     north_m: Number, "m", "Position north of the datum";
     east_m: Number, "m", "Position east of the datum";
     lat_deg: Number, "°", "Latitude, WGS 84, positive north, if the datum's place on Earth is known";
@@ -79,7 +79,7 @@ columns! {
     pitch_rad: Number, "rad", "Pitch, positive nose-up";
     heading_rad: Number, "rad", "Heading, 0 at north, clockwise; true north in a live mission with an `origin`";
     course_rad: Number, "rad", "Course over ground, 0 at north, clockwise";
-    speed_mps: Number, "m/s", "Surge through the water; in `fix` and `known` rows of an AUV, horizontal speed over ground";
+    speed_mps: Number, "m/s", "Surge through the water; in `fix` and `known` rows of an AUV, and of a `vessel`, horizontal speed over ground";
     sway_mps: Number, "m/s", "Sway through the water, positive to starboard";
     yaw_rate_radps: Number, "rad/s", "Yaw rate, positive to starboard; in a `fix`, the rate of turn of the course";
     current_north_mps: Number, "m/s", "Current northward at the vehicle";
@@ -119,12 +119,16 @@ pub const KNOWN: &str = "known";
 /// The `kind` of rows with an AUV's estimated position.
 pub const ESTIMATED: &str = "estimated";
 
+/// The `kind` of rows with a report of another vessel. A mission meets any number of these, so that
+/// formats with a part for each vehicle leave them out.
+pub const VESSEL: &str = "vessel";
+
 impl<'a> Row<'a> {
     /// The vehicle and its position (north, east), m, if the row has a measured or true position.
     pub(crate) fn place(&self) -> Option<(&'a str, nalgebra::Vector2<f64>)> {
         let position = nalgebra::Vector2::new(self.north_m?, self.east_m?);
-        let is_belief = matches!(self.kind, Some(KNOWN | ESTIMATED));
-        (!is_belief).then_some((self.vehicle?, position))
+        let is_left_out = matches!(self.kind, Some(KNOWN | ESTIMATED | VESSEL));
+        (!is_left_out).then_some((self.vehicle?, position))
     }
 }
 

@@ -99,6 +99,7 @@ impl Ais {
                 heading_rad: None,
                 length_m: Some(vessel.length),
                 sigma_m: Some(self.setup.position_sigma.max(1.0)),
+                plan: Vec::new(),
                 status: vessel.status,
             }
         };

@@ -53,7 +53,7 @@ async fn every_plan_after_a_change_follows_it_and_all_replay_equal() {
     let mission = service.run_live().await;
     let only_goal = |goal: Value| {
         json!({ "goal": goal, "limits": null, "craft": null, "keep_outs": null, "area": null, "no_go": null,
-            "tuning": null })
+            "tuning": null, "vessel_separation_m": null })
     };
     let made = service.ask(&mission).await;
     assert_eq!(made["setting"], only_goal(live()["live"]["goal"].clone()));

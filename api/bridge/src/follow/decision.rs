@@ -80,9 +80,12 @@ impl Decision {
         action
     }
 
+    pub(super) fn is_sending(&self) -> bool {
+        self.sending == Some(Sending::Active) && !self.dry_run
+    }
+
     pub(super) fn is_steering(&self) -> bool {
-        let by_plan = !self.line_of_sight && self.limiter.avoided.is_none();
-        self.sending == Some(Sending::Active) && !self.dry_run && by_plan
+        self.is_sending() && !self.line_of_sight && self.limiter.avoided.is_none()
     }
 
     /// The reference of `plan` at `now`, s; `None` if it is too old.

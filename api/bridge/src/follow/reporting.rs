@@ -296,6 +296,6 @@ impl Reporting {
 
 pub(super) fn send_texts(steering: &Steering, autopilot: &mut AutopilotLink) {
     for text in steering.texts() {
-        autopilot.send_frames(|writer, _| writer.text(steering.severity(), &text));
+        autopilot.text(steering.severity(), &text);
     }
 }

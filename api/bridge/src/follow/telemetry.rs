@@ -106,7 +106,7 @@ impl Telemetry {
     pub(super) fn take(&mut self, piece: &Received, autopilot: &mut AutopilotLink, log: &MissionLog) {
         let t_s = log.clock.at_s(piece.at);
         let unix_s = log.clock.unix_s(t_s);
-        self.pieces[piece.wire] += 1;
+        self.pieces[piece.wire] += u64::from(!piece.bytes.is_empty());
         let n_nmea = self.nmea.len();
         match piece.wire.checked_sub(1) {
             None => {

@@ -9,6 +9,7 @@ use super::{decision::Sending, *};
 use crate::{Plan, mavlink::Silence, tests::planned};
 
 mod displays;
+mod dune;
 
 /// A bridge with only the wire of its autopilot.
 fn bridge() -> (Bridge, Input) {

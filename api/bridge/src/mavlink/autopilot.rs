@@ -1,13 +1,23 @@
-//! The two autopilots: their modes, and the parameters that change what a reference does.
+//! The autopilots: their modes, and the parameters that change what a reference does.
 
 use std::collections::BTreeMap;
+
+use crate::imc::mode::DuneMode;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Autopilot {
     ArduPilot,
     /// PX4: messages as documented, not tested with the program.
     Px4,
+    /// The IvP helm of a MOOS community, with [`HELM_MODES`].
+    Helm,
+    /// On IMC; its number of a mode is a [`DuneMode`].
+    Dune,
 }
+
+/// The modes of a craft with a MOOSDB. It follows in the first two.
+pub(crate) const HELM_MODES: [&str; 6] =
+    ["DRIVE", "DESIRED_*", "PARK", "manual override", "the helm drives too", "helm in another state"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heartbeat {
@@ -29,6 +39,8 @@ impl Autopilot {
         match self {
             Self::ArduPilot => ARDUPILOT_GUIDED,
             Self::Px4 => PX4_OFFBOARD,
+            Self::Helm => 0,
+            Self::Dune => DuneMode::FOLLOWING.into(),
         }
     }
 
@@ -36,6 +48,8 @@ impl Autopilot {
         match self {
             Self::ArduPilot => "GUIDED",
             Self::Px4 => "OFFBOARD",
+            Self::Helm => "DRIVE",
+            Self::Dune => "FollowReference",
         }
     }
 }
@@ -45,6 +59,8 @@ impl Heartbeat {
         match self.autopilot {
             Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
             Autopilot::Px4 => self.mode & PX4_MAIN_MODE == PX4_OFFBOARD,
+            Autopilot::Helm => self.mode < 2,
+            Autopilot::Dune => DuneMode::from(self.mode).is_ours,
         }
     }
 
@@ -55,6 +71,7 @@ impl Heartbeat {
 
     pub(crate) fn mode_name(self) -> String {
         let name = match (self.autopilot, self.mode) {
+            (Autopilot::Helm, mode) => HELM_MODES[(mode as usize).min(HELM_MODES.len() - 1)],
             (Autopilot::ArduPilot, 0) => "MANUAL",
             (Autopilot::ArduPilot, 1) => "ACRO",
             (Autopilot::ArduPilot, 3) => "STEERING",
@@ -63,6 +80,7 @@ impl Heartbeat {
             (Autopilot::ArduPilot, 6) => "FOLLOW",
             (Autopilot::ArduPilot, 10) => "AUTO",
             (Autopilot::ArduPilot, 11) => "RTL",
+            (Autopilot::Dune, mode) => return DuneMode::from(mode).name(),
             _ if self.is_guided() => self.autopilot.guided_name(),
             _ => return format!("mode {}", self.mode),
         };
@@ -71,7 +89,7 @@ impl Heartbeat {
 }
 
 /// The parameters that are read before departure.
-pub(crate) const PARAMETERS: [&str; 9] = [
+pub(crate) const PARAMETERS: [&str; 12] = [
     "WP_SPEED",
     "CRUISE_SPEED",
     "ATC_STR_RAT_MAX",
@@ -81,6 +99,9 @@ pub(crate) const PARAMETERS: [&str; 9] = [
     "ATC_SPEED_I",
     "SERVO1_FUNCTION",
     "SERVO3_FUNCTION",
+    "FS_ACTION",
+    "FS_GCS_ENABLE",
+    "FENCE_ENABLE",
 ];
 
 /// Outputs for the port or starboard thruster of two. Source: ArduPilot, `SRV_Channel`.
@@ -180,6 +201,20 @@ impl Parameters {
             Some(Contradiction { parameter, value, detail })
         };
         found.filter_map(of).collect()
+    }
+
+    /// Failsafes that do not act, or that end the steering.
+    pub(crate) fn failsafes(&self) -> impl Iterator<Item = String> {
+        let is_off = |name| self.get(name) == Some(0.0);
+        let found = [
+            ("FS_ACTION", is_off("FS_ACTION"), "a lost remote control changes nothing"),
+            ("FS_GCS_ENABLE", self.positive("FS_GCS_ENABLE").is_some(), "a lost ground station ends GUIDED"),
+            ("FENCE_ENABLE", is_off("FENCE_ENABLE"), "ArduPilot keeps within no fence"),
+        ];
+        found.into_iter().filter(|(_, is_found, _)| *is_found).map(|(name, _, effect)| {
+            let value = self.get(name).unwrap_or_default();
+            format!("{name} is {value}: {effect}")
+        })
     }
 
     fn positive(&self, name: &str) -> Option<f64> {

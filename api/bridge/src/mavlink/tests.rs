@@ -9,6 +9,7 @@ use ::mavlink::dialects::ardupilotmega::{
 };
 use ::mavlink::types::CharArray;
 use ::mavlink::{MavHeader, MavlinkReader as FrameReader};
+use clock::Clock;
 use nalgebra::Vector2;
 use planner::snapshot::VesselStatus;
 use proptest::prelude::*;
@@ -275,7 +276,7 @@ fn contradictory_heartbeats_forbid_references() {
         system: None,
         auvs: BTreeMap::new(),
     };
-    let mut link = AutopilotLink::open(settings, |_| Box::new(|_| ()));
+    let mut link = AutopilotLink::open(settings, &Clock::simulated(0.0), |_| Box::new(|_| ()));
     let clock = clock::Clock::simulated(0.0);
     let mut may_be_steered = |mode, t_s| {
         let beat = heartbeat(BOAT, ARDUPILOT, mode);

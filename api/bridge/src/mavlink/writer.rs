@@ -77,8 +77,8 @@ impl MavlinkWriter {
     pub(crate) fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
         let speed = reference.speed.max(0.0);
         let (mask, [vx, vy]) = match autopilot {
-            Autopilot::ArduPilot => (SPEED_AND_HEADING, [speed, 0.0]),
-            Autopilot::Px4 => {
+            Autopilot::ArduPilot | Autopilot::Helm => (SPEED_AND_HEADING, [speed, 0.0]),
+            Autopilot::Px4 | Autopilot::Dune => {
                 let (sin, cos) = reference.heading.sin_cos();
                 (VELOCITY, [speed * cos, speed * sin])
             }
@@ -118,9 +118,9 @@ impl MavlinkWriter {
 
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
         let mode = match autopilot {
-            Autopilot::ArduPilot => [CUSTOM_MODE, autopilot.guided_mode() as f32],
+            Autopilot::ArduPilot | Autopilot::Helm => [CUSTOM_MODE, autopilot.guided_mode() as f32],
             // The main mode only.
-            Autopilot::Px4 => [CUSTOM_MODE, (autopilot.guided_mode() >> 16) as f32],
+            Autopilot::Px4 | Autopilot::Dune => [CUSTOM_MODE, (autopilot.guided_mode() >> 16) as f32],
         };
         self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
     }

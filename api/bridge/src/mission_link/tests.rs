@@ -442,6 +442,7 @@ async fn of_each_vessel_the_newest_position_waits_within_the_ranges_of_the_api()
         heading_rad: None,
         length_m: Some(600.0),
         sigma_m: None,
+        plan: Vec::new(),
         status: VesselStatus::AtAnchor,
     };
     link.note(0.0, "the first request is on its way");

@@ -6,8 +6,9 @@ use clock::Clock;
 use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
+use super::clock::AHEAD_MAX;
 use super::simulation;
-use super::state::{AHEAD_MAX, trial_request};
+use super::state::trial_request;
 use wire::mission::{Controller, Live, NewMission, Reports, Setting, Simulated};
 use wire::{FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check, shortened, unsupported_version};
 
@@ -177,7 +178,7 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
     }
     none((*patch == Setting::default()).then(|| {
         let detail =
-            "give at least one of goal, limits, craft, tuning, keep_outs, no_go, area, paths and origin";
+            "give at least one of goal, limits, craft, tuning, keep_outs, no_go, area, vessel_separation_m, paths and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))

@@ -8,6 +8,9 @@ use wire::mission::Live;
 /// Least step that counts as a clock being set, s. Reports that are further ahead are refused.
 const SET_MIN: f64 = 1.0;
 
+/// Greatest lead of a vehicle's clock over the service's, s of the mission's clock.
+pub(super) const AHEAD_MAX: f64 = 1.0;
+
 /// Unix time, or a rehearsal's clock, which runs faster from the creation of the mission.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MissionClock {
@@ -31,6 +34,11 @@ impl MissionClock {
     pub(super) fn at(&self, unix: f64) -> f64 {
         self.created + self.rate * (unix - self.created)
     }
+}
+
+/// `true` if a time is later than `now`, s, by more than the tolerance of clocks.
+pub(super) fn is_ahead(time: f64, now: f64) -> bool {
+    now + AHEAD_MAX < time
 }
 
 /// Detects steps of this machine's clock.

@@ -10,6 +10,7 @@ use utoipa::ToSchema;
 
 use store::{EventReader, StoreError, StoredEvent};
 
+use super::own_craft::OwnCraft;
 use crate::planning::planners;
 use wire::{
     Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
@@ -103,6 +104,9 @@ pub struct Planned {
     /// The next plan's input from this one, if the deadline cut it short: it cannot be repeated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cut_short: Option<Box<PreviousPlan>>,
+    /// Other craft of the service that the plan saw.
+    #[serde(default, skip_serializing_if = "OwnCraft::is_none")]
+    pub own_craft: OwnCraft,
     /// The true states of all vehicles, in a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Box<Truth>>,
@@ -143,6 +147,7 @@ pub(super) fn planned(
         reference: answer.reference,
         answer_sha256: written.digest(),
         cut_short: cut_short.then(|| Box::new(previous(made, answer.origin))),
+        own_craft: OwnCraft::default(),
         truth: None,
         prediction: Some(Box::new(Prediction::of(&made.snapshot, plan, answer))),
     }

@@ -4,9 +4,9 @@ use wire::{Segment, mission::Live};
 
 pub(super) const MEMORY: &str = "bytes of live missions in memory";
 
-/// Memory of a mission with metadata of 4 KiB and 64 vessels, and of each AUV with 64 reports and
+/// Memory of a mission with metadata of 4 KiB and 64 vessels with plans, and of each AUV with 64 reports and
 /// its part of two plans, bytes; without paths, whose length only the body of a request bounds.
-const MISSION_BYTES: usize = 160 << 10;
+const MISSION_BYTES: usize = 208 << 10;
 const AUV_BYTES: usize = 32 << 10;
 
 /// Most bytes that a mission holds: its configuration as `created`, and as it is `now`.
@@ -83,7 +83,7 @@ mod tests {
         let store = EventStore::open(directory.path(), &clock).expect("opens");
         let settings = Settings { clock: clock.clone(), ..Settings::default() };
         let planners = Planners::new(&settings, store.metrics());
-        let mut missions = Missions::resume(store, planners).await.expect("reads the store");
+        let mut missions = Missions::resume(store, planners, None).await.expect("reads the store");
         let live = new().live.expect("is live");
         let limit = 5 * bytes_of(&live, &live) / 2;
         missions.memory = Quota::new(2 * limit);

@@ -21,12 +21,14 @@ use super::clock::MissionClock;
 use super::event::{Event, created, json, parsed};
 use super::if_match::IfMatch;
 use super::memory::{MEMORY, bytes_of};
+use super::own_craft::Fleet;
 use super::state::MissionState;
 use store::{
     Acquired, Append, Appended, AuditEntry, EventReader, EventStore, Lease, Owned, Room, StoreError,
     StoredEvent, StoredMission,
 };
 
+use crate::edge::access::Tokens;
 use crate::edge::problem::Problem;
 use crate::edge::quota::{Quota, QuotaExceeded};
 use crate::edge::request_id::new_id;
@@ -61,6 +63,7 @@ pub struct Missions {
     pub(super) records: Quota<Arc<str>>,
     /// Bytes of active live missions, by the clients that created them.
     pub(super) memory: Quota<Arc<str>>,
+    fleet: Fleet,
     reading: Arc<Semaphore>,
     /// For look-ups of owners, which long reads must not delay.
     owning: Arc<Semaphore>,
@@ -70,7 +73,11 @@ pub struct Missions {
 
 impl Missions {
     /// The missions of `store`. Those that were running continue.
-    pub(crate) async fn resume(store: EventStore, planners: Planners) -> Result<Self, StoreError> {
+    pub(crate) async fn resume(
+        store: EventStore,
+        planners: Planners,
+        tokens: Option<Tokens>,
+    ) -> Result<Self, StoreError> {
         let read = store.clone();
         let salt = planners.clock.run_blocking(move || read.reader()?.salt()).await;
         let salt = salt.map_err(|_| StoreError::Closed)??.into();
@@ -82,6 +89,7 @@ impl Missions {
             streams: Quota::new(STREAMS_MAX),
             records: Quota::new(RECORDS_MAX),
             memory: Quota::new(LIVE_BYTES_MAX),
+            fleet: Fleet::new(tokens),
             reading: Arc::new(Semaphore::new(READERS_MAX)),
             owning: Arc::new(Semaphore::new(OWNING_MAX)),
             starts: Arc::new(std::array::from_fn(|_| AsyncMutex::default())),
@@ -437,9 +445,10 @@ impl Missions {
         let live = created.live.map(|config| Arc::new(LiveMission { config, clock }));
         let (store, planners) = (self.store.clone(), self.planners.clone());
         let (mission, held) = ((number, mission), live.clone().zip(memory));
+        let berth = self.fleet.place(number);
         let (context, handle) = Context::new(mission, ownership, plan, held, store, planners);
         match (live, state, created.simulated) {
-            (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state)))),
+            (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state, berth)))),
             (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
             _ => return Err(StoreError::Damaged(format!("{id} is of no kind")).into()),
         }

@@ -86,7 +86,7 @@ impl RepeatedMission {
                 let damaged =
                     |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
                 let snapshot = state
-                    .snapshot(logged.t_s, &|| false)
+                    .snapshot(logged.t_s, &logged.own_craft, &|| false)
                     .ok_or_else(|| damaged("the events before it have too few reports"))?
                     .map_err(|_| damaged("the events before it make no valid snapshot"))?;
                 let plan = plan(&snapshot, &Parameters::default(), workspace);

@@ -4,16 +4,14 @@ use std::{collections::BTreeMap, mem};
 
 use planner::angle::Heading;
 use planner::nalgebra::Vector2;
-use planner::snapshot::{
-    COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, VESSELS_MAX, pointer_token,
-};
-use planner::vessel::is_lost;
+use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, pointer_token};
 use serde::{Deserialize, Serialize};
 
-use super::{clock::MissionClock, event::Event};
+use super::clock::{MissionClock, is_ahead};
+use super::{event::Event, own_craft::OwnCraft, traffic::Traffic};
 use wire::{
     Asc, Auv, CraftFrame, DatumChange, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Report,
-    Task, VehicleId, Vessel,
+    Task, VehicleId,
     mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
 };
 
@@ -25,12 +23,6 @@ pub(super) const ASC_AGE_MAX: f64 = 10.0;
 /// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
 
-/// Age from which a mission forgets a vessel, s: those at anchor report each three minutes.
-const VESSEL_FORGOTTEN: f64 = 6.0 * 3600.0;
-
-/// Greatest lead of a vehicle's clock over the service's, s of the mission's clock.
-pub(super) const AHEAD_MAX: f64 = 1.0;
-
 /// The planner's request without its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct MissionState {
@@ -41,9 +33,8 @@ pub(super) struct MissionState {
     /// Newest positions of the surface craft: time, s, north and east, m. They place its ranges.
     #[serde(default)]
     craft_track: Vec<[f64; 3]>,
-    /// The newest position of each other vessel, by its identity.
     #[serde(default)]
-    traffic: BTreeMap<String, Vessel>,
+    traffic: Traffic,
     /// The last report of whether the craft is steered. No plan depends on it.
     #[serde(default)]
     steering: Option<Steering>,
@@ -53,7 +44,7 @@ pub(super) struct MissionState {
 impl MissionState {
     pub(super) fn new(config: Live) -> Self {
         let craft_track = Vec::new();
-        let (reports, traffic) = (BTreeMap::new(), BTreeMap::new());
+        let (reports, traffic) = (BTreeMap::new(), Traffic::default());
         Self { config, reports, asc: None, craft_track, traffic, steering: None, previous_plan: None }
     }
 
@@ -144,10 +135,7 @@ impl MissionState {
         for [_, north, east] in &mut self.craft_track {
             change.position(north, east);
         }
-        for vessel in self.traffic.values_mut() {
-            change.position(&mut vessel.north_m, &mut vessel.east_m);
-        }
-        self.traffic.retain(|_, vessel| is_near(vessel.north_m, vessel.east_m));
+        self.traffic.count_from(|north, east| change.position(north, east), is_near);
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
         }
@@ -188,40 +176,11 @@ impl MissionState {
         {
             self.asc = Some(newest.clone());
         }
-        self.take_traffic(&heard.traffic, now);
+        let here = self.asc.as_ref().map(|asc| asc.state.position());
+        self.traffic.take(&heard.traffic, now, here);
         self.steering.take_if(|said| is_ahead(said.t_s, now));
         let said = self.steering.iter().chain(&heard.steering);
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
-    }
-
-    /// Takes the newest position of each vessel. Forgets those that are lost, and those that are
-    /// farthest from the craft if there are too many to plan with.
-    fn take_traffic(&mut self, heard: &[Vessel], now: f64) {
-        let time = |vessel: &Vessel| vessel.t_s.unwrap_or(now);
-        for vessel in heard {
-            let is_newer = |known: &Vessel| time(known) <= time(vessel);
-            if self.traffic.get(&vessel.id.0).is_none_or(is_newer) {
-                let dated = Vessel { t_s: Some(time(vessel)), ..vessel.clone() };
-                self.traffic.insert(vessel.id.0.clone(), dated);
-            }
-        }
-        self.traffic.retain(|_, vessel| {
-            let age = now - time(vessel);
-            age < VESSEL_FORGOTTEN && !is_lost(vessel, age) && !is_ahead(time(vessel), now)
-        });
-        if self.traffic.len() <= VESSELS_MAX {
-            return;
-        }
-        let craft = self.asc.as_ref().map(|asc| asc.state.position());
-        let distance =
-            |vessel: &Vessel| craft.map_or(now - time(vessel), |at| (vessel.position() - at).norm());
-        let mut distances: Vec<f64> = self.traffic.values().map(distance).collect();
-        distances.sort_by(f64::total_cmp);
-        let farthest = distances[VESSELS_MAX - 1];
-        self.traffic.retain(|_, vessel| distance(vessel) <= farthest);
-        while VESSELS_MAX < self.traffic.len() {
-            self.traffic.pop_last();
-        }
     }
 
     /// The craft's newest positions with those in `heard`, in order of time.
@@ -258,6 +217,21 @@ impl MissionState {
         heard.auvs.retain(|_, fixes| !fixes.is_empty());
     }
 
+    /// The vessels that were reported, and the state of the craft.
+    pub(super) fn traffic(&self) -> &Traffic {
+        &self.traffic
+    }
+
+    pub(super) fn asc(&self) -> Option<&AscReport> {
+        self.asc.as_ref()
+    }
+
+    /// Velocity of the craft over ground (north, east), m/s.
+    pub(super) fn velocity(&self) -> Option<Vector2<f64>> {
+        let plan = self.previous_plan.as_ref();
+        self.asc.as_ref().map(|asc| over_ground(&asc.state, plan))
+    }
+
     pub(super) fn steering(&self) -> Option<&Steering> {
         self.steering.as_ref()
     }
@@ -289,23 +263,24 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The snapshot for a plan at `now`, s on the mission's clock; `None` if reports are missing.
-    /// Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
+    /// The snapshot for a plan at `now`, s on the mission's clock, with the other craft of the service;
+    /// `None` if reports are missing. Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
     pub(super) fn snapshot(
         &self,
         now: f64,
+        own: &OwnCraft,
         due: &dyn Fn() -> bool,
     ) -> Option<Result<Snapshot, Vec<FieldError>>> {
-        let valid = wire::snapshot_until(self.request(now)?, due);
+        let valid = wire::snapshot_until(self.request(now, own)?, due);
         Some(valid.or_else(|_| {
-            let mut request = self.request(now).expect("waits for no vehicle");
+            let mut request = self.request(now, own).expect("waits for no vehicle");
             request.previous_plan = None;
             wire::snapshot_until(request, due)
         }))
     }
 
     /// The request for a plan at `now` on the mission's clock, s; `None` while reports are missing.
-    fn request(&self, now: f64) -> Option<PlanRequest> {
+    fn request(&self, now: f64, own: &OwnCraft) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
         }
@@ -326,7 +301,7 @@ impl MissionState {
         let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
         let auvs = self.config.auvs.iter().filter_map(heard).collect();
         let mut request = request(&self.config, now, craft, auvs, previous_plan);
-        request.traffic = self.traffic.values().cloned().collect();
+        request.traffic = self.traffic.with(own, request.asc.position());
         Some(PlanRequest { current: asc.current.or(request.current), ..request })
     }
 }
@@ -366,11 +341,6 @@ fn position_at(track: &[[f64; 3]], time: f64) -> Option<[f64; 2]> {
         (Some([_, north, east]), None) | (None, Some([_, north, east])) => Some([*north, *east]),
         (None, None) => None,
     }
-}
-
-/// `true` if a time is later than `now`, s, by more than the tolerance of clocks.
-fn is_ahead(time: f64, now: f64) -> bool {
-    now + AHEAD_MAX < time
 }
 
 fn goal_members(config: &Live) -> impl Iterator<Item = &str> {
@@ -415,16 +385,22 @@ fn aged(fix: &Report, now: f64) -> Report {
 
 /// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
 fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<Origin>) -> Asc {
+    let (place, way) = (asc.position(), over_ground(asc, previous) * age.max(0.0));
+    let frame = origin.and_then(|origin| CraftFrame::new(origin, place));
+    let place = frame.map_or(place + way, |frame| frame.leave(&way));
+    Asc { north_m: place.x, east_m: place.y, lat_deg: None, lon_deg: None, ..*asc }
+}
+
+/// Velocity of the surface craft over ground (north, east), m/s: as reported, else by its speeds through
+/// the water and the current of the previous plan.
+fn over_ground(asc: &Asc, previous: Option<&PreviousPlan>) -> Vector2<f64> {
     let (sin, cos) = asc.heading_rad.sin_cos();
     let through_water = (asc.speed_mps * cos - asc.sway_mps * sin, asc.speed_mps * sin + asc.sway_mps * cos);
     let current = previous.and_then(|plan| plan.current);
     let current = current.map_or((0.0, 0.0), |current| (current.north_mps, current.east_mps));
     let north = asc.ground_north_mps.unwrap_or(through_water.0 + current.0);
     let east = asc.ground_east_mps.unwrap_or(through_water.1 + current.1);
-    let (place, way) = (asc.position(), Vector2::new(north, east) * age.max(0.0));
-    let frame = origin.and_then(|origin| CraftFrame::new(origin, place));
-    let place = frame.map_or(place + way, |frame| frame.leave(&way));
-    Asc { north_m: place.x, east_m: place.y, lat_deg: None, lon_deg: None, ..*asc }
+    Vector2::new(north, east)
 }
 
 /// The request of a mission with all vehicles at rest at the datum; valid for valid missions.
@@ -460,7 +436,7 @@ mod tests {
     }
 
     fn snapshot(state: &MissionState, now: f64) -> Snapshot {
-        let snapshot = state.snapshot(now, &|| false);
+        let snapshot = state.snapshot(now, &OwnCraft::default(), &|| false);
         snapshot.expect("waits for no vehicle").expect("is valid")
     }
 
@@ -469,7 +445,7 @@ mod tests {
         let mut state = state();
         assert_eq!(state.waits_for(0.0), ["asc", "a", "b"]);
         state.take_reports(&heard(100.0, 7.0), 100.0);
-        let north = |now: f64| state.request(now).expect("all are heard").asc.north_m;
+        let north = |now: f64| state.request(now, &OwnCraft::default()).expect("all are heard").asc.north_m;
         assert_eq!([north(100.0), north(104.0), north(110.0)], [7.0, 11.0, 17.0]);
         assert_eq!(state.waits_for(110.1), ["asc"]);
     }
@@ -504,7 +480,7 @@ mod tests {
         let rejected: Vec<_> = ranges.rejected.iter().map(|wrong| (&*wrong.pointer, &*wrong.code)).collect();
         assert_eq!(rejected, [("/auvs/a", "missing")]);
         state.take_reports(&ranges, 103.0);
-        assert!(state.request(103.0).is_some());
+        assert!(state.request(103.0, &OwnCraft::default()).is_some());
     }
 
     #[test]
@@ -514,7 +490,7 @@ mod tests {
         // Half an hour back.
         assert_eq!(state.waits_for(0.0), ["asc", "a", "b"]);
         state.take_reports(&heard(1.0, 3.0), 1.0);
-        let request = state.request(1.0).expect("all are heard again");
+        let request = state.request(1.0, &OwnCraft::default()).expect("all are heard again");
         assert_eq!(request.asc.north_m, 3.0);
         let fixes = request.auvs[0].reports.as_ref().expect("are there");
         assert_eq!(fixes.iter().map(|fix| fix.north_m).collect::<Vec<_>>(), [Some(3.0)]);
@@ -574,7 +550,10 @@ mod tests {
     fn the_motion_of_a_craft_that_a_person_steers_counts_as_its_reference() {
         let [mut state, _] = before_and_after(json!({ "craft": null }));
         let asked = |state: &MissionState| {
-            let plan = state.request(10.0).and_then(|request| request.previous_plan).expect("is there");
+            let plan = state
+                .request(10.0, &OwnCraft::default())
+                .and_then(|request| request.previous_plan)
+                .expect("is there");
             let craft = plan.craft_estimate.expect("is there");
             (craft.asked_speed_mps, craft.asked_heading_rad, craft.memory)
         };
@@ -590,7 +569,7 @@ mod tests {
         let [state, _] = before_and_after(json!({ "craft": null }));
         let heard_s = state.asc.as_ref().expect("is heard").t_s;
         let previous = |age: f64| {
-            let request = state.request(heard_s + age).expect("waits for no vehicle");
+            let request = state.request(heard_s + age, &OwnCraft::default()).expect("waits for no vehicle");
             request.previous_plan.expect("is there")
         };
         let [fresh, old] = [0.5, 3.0].map(previous);
@@ -608,7 +587,7 @@ mod tests {
         let mut state = state();
         state.take_reports(&heard(100.0, 7.0), 100.0);
         let east = |state: &MissionState| {
-            let request = state.request(100.0).expect("all are heard");
+            let request = state.request(100.0, &OwnCraft::default()).expect("all are heard");
             request.current.map(|current| current.east_mps)
         };
         let current = |east: f64| serde_json::from_value(json!({ "north_mps": 0.0, "east_mps": east }));

@@ -8,7 +8,8 @@ use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
 use planner::snapshot::{
     AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
     KEEP_OUTS_MAX, Limits, NO_GO_CORNERS_MAX, NO_GO_MAX, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT,
-    TIME, TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISIT_COST, VISITS_MAX, WEIGHT, ranges_by_shape,
+    TIME, TRAJECTORY_POINTS_MAX, VESSEL_PLAN_LENGTH, VESSEL_SEPARATION, VESSELS_MAX, VISIT_COST, VISITS_MAX,
+    WEIGHT, ranges_by_shape,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -143,6 +144,8 @@ fn members() -> Vec<(&'static str, Value)> {
         ("PlanRequest.no_go", list(0, NO_GO_MAX)),
         ("PlanRequest.schema_version", version),
         ("PlanRequest.traffic", list(0, VESSELS_MAX)),
+        ("Vessel.plan", list(0, *VESSEL_PLAN_LENGTH.end())),
+        ("Vessel.plan/items", list(3, 3)),
         ("Power.cubic_w_per_mps3", default(0.0)),
         ("Power.linear_w_per_mps", default(0.0)),
         ("PreviousPlan.targets", list(0, AUVS_MAX)),
@@ -174,6 +177,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Setting.area", corners),
         ("Setting.keep_outs", list(0, KEEP_OUTS_MAX)),
         ("Setting.no_go", list(0, NO_GO_MAX)),
+        ("Setting.vessel_separation_m", between(VESSEL_SEPARATION)),
         ("Setting.paths", json!({ "maxProperties": AUVS_MAX })),
         ("Steering.why", note),
         ("Step.ticks", between(check::TICKS)),

@@ -49,6 +49,10 @@ pub struct Setting {
     #[serde(serialize_with = "null_if_empty")]
     #[schema(value_type = Option<Vec<[f64; 2]>>)]
     pub area: Option<Vec<[f64; 2]>>,
+    /// Distance to keep from other vessels' sides, m.
+    #[serde(default, deserialize_with = "removable")]
+    #[schema(value_type = Option<f64>)]
+    pub vessel_separation_m: Option<Option<f64>>,
     /// Place of the datum on Earth. Everything keeps its place on Earth. `null` is refused. A
     /// mission shows its `origin` beside its setting.
     #[serde(default, deserialize_with = "removable")]
@@ -90,7 +94,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// Largest number of members.
-    pub const MEMBERS: usize = 9;
+    pub const MEMBERS: usize = 10;
 
     /// Exchanges the given members with those of `config`.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -106,6 +110,7 @@ impl Setting {
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
         exchange(self.no_go.as_mut(), &mut config.no_go);
         exchange(self.area.as_mut(), &mut config.area);
+        exchange(self.vessel_separation_m.as_mut(), &mut config.vessel_separation_m);
         exchange(self.origin.as_mut(), &mut config.origin);
         for auv in &mut config.auvs {
             exchange(self.paths.get_mut(&auv.id).map(|path| &mut path.0), &mut auv.path);
@@ -124,6 +129,7 @@ impl From<&Live> for Setting {
             keep_outs: Some(config.keep_outs.clone()),
             no_go: Some(config.no_go.clone()),
             area: Some(config.area.clone()),
+            vessel_separation_m: Some(config.vessel_separation_m),
             ..Self::default()
         }
     }

@@ -5,7 +5,9 @@ use std::collections::HashSet;
 use super::{Check, found};
 use crate::facts::auv::VehicleId;
 use crate::facts::field_error::FieldError;
-use crate::facts::ranges::{FORESEEN, MANOEUVRE, PAST_VESSEL, VESSEL, VESSEL_SEPARATION};
+use crate::facts::ranges::{
+    FORESEEN, MANOEUVRE, PAST_VESSEL, VESSEL, VESSEL_PLAN, VESSEL_PLAN_LENGTH, VESSEL_SEPARATION,
+};
 use crate::facts::traffic::{Avoidance, Vessel};
 
 impl Vessel {
@@ -48,6 +50,22 @@ impl Check {
         for ((name, range), value) in VESSEL.iter().zip(values) {
             let outside = |value| FieldError::outside(format_args!("{field}/{name}"), value, range);
             self.invalid.extend(value.and_then(outside));
+        }
+        let length = FieldError::of_length(
+            format_args!("{field}/plan"),
+            vessel.plan.len(),
+            &VESSEL_PLAN_LENGTH,
+            "items",
+        );
+        if length.is_some() {
+            return self.invalid.extend(length);
+        }
+        for (i, point) in vessel.plan.iter().enumerate() {
+            self.numbers(&format!("{field}/plan/{i}"), &VESSEL_PLAN, *point);
+        }
+        for (i, pair) in vessel.plan.windows(2).enumerate().filter(|(_, pair)| pair[1][0] <= pair[0][0]) {
+            let place = format_args!("{field}/plan/{}/0", i + 1);
+            self.invalid.push(FieldError::not_increasing(place, pair[1][0], pair[0][0]));
         }
     }
 

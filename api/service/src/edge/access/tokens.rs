@@ -10,6 +10,7 @@ use std::time::{Duration, Instant, SystemTime};
 use clock::Clock;
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
@@ -305,6 +306,18 @@ impl Tokens {
         let cache = self.0.lock();
         let trusted = cache.trusted.as_ref().map(TrustedClock::now_s);
         whole(trusted.unwrap_or_else(|| cache.clock.unix_s()))
+    }
+
+    /// `true` if each limited token permits both of the missions, of that id and metadata, or none.
+    pub(crate) fn permit_alike(&self, missions: [(&str, &Map<String, Value>); 2]) -> bool {
+        let known = self.known();
+        let mut limits =
+            known.iter().flat_map(|known| &known.tokens).filter_map(|token| token.limit.as_ref());
+        limits.all(|limit| {
+            let [one, other] =
+                missions.map(|(id, metadata)| limit.names(id) || limit.names_craft_of(metadata));
+            one == other
+        })
     }
 
     pub(super) fn known(&self) -> Option<Arc<TokenFile>> {

@@ -13,17 +13,21 @@ use crate::{
     missions::{
         check,
         clock::{ClockWatch, MissionClock},
-        event::{Event, answer, planned, previous},
+        event::{Event, Planned, answer, planned, previous},
         memory::bytes_of,
+        own_craft::{Berth, Craft, OwnCraft},
         state::MissionState,
     },
     planning::pool::Priority,
 };
-use wire::mission::{Reports, Setting};
-use wire::{FieldError, Outcome};
+use wire::mission::{Reports, Setting, SteeringState};
+use wire::{FieldError, Origin, Outcome, PlanResponse};
 
 /// Most events after a checkpoint: a restart reads them one by one.
 const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;
+
+/// Most points of a plan that other missions see.
+const PLAN_POINTS: usize = 16;
 
 pub(in crate::missions) struct Live {
     context: Context,
@@ -34,12 +38,20 @@ pub(in crate::missions) struct Live {
     due: Instant,
     since_checkpoint: u32,
     watch: ClockWatch,
+    /// Where other missions see the craft, and what the last plan saw of theirs.
+    berth: Berth,
+    own_craft: OwnCraft,
     /// Counts the mission while its craft does not follow.
     does_not_follow: Option<Counted>,
 }
 
 impl Live {
-    pub(in crate::missions) fn new(context: Context, mission: Arc<LiveMission>, state: MissionState) -> Self {
+    pub(in crate::missions) fn new(
+        context: Context,
+        mission: Arc<LiveMission>,
+        state: MissionState,
+        berth: Berth,
+    ) -> Self {
         let LiveMission { config, clock } = &*mission;
         let mut this = Self {
             due: next_due(clock, config.period_s, context.clock()),
@@ -49,6 +61,8 @@ impl Live {
             state: Arc::new(state),
             mission,
             since_checkpoint: 0,
+            berth,
+            own_craft: OwnCraft::default(),
             does_not_follow: None,
         };
         this.show_heard();
@@ -218,8 +232,12 @@ impl Live {
     async fn plan_at(&mut self, now: f64, due: Instant) -> Result<(), Problem> {
         let made_at = self.context.clock().now();
         let state = Arc::clone(&self.state);
+        if self.is_among_others() {
+            self.own_craft = self.berth.look(now, state.traffic().vessels(), &self.own_craft);
+        }
+        let own = self.own_craft.clone();
         let facts = move |stop: &Stop| {
-            let snapshot = state.snapshot(now, &|| stop.is_due());
+            let snapshot = state.snapshot(now, &own, &|| stop.is_due());
             snapshot.expect("waits for no vehicle").map_err(Problem::Invalid)
         };
         // The other half of the period is for the disk and for other missions.
@@ -227,7 +245,8 @@ impl Live {
         let made = planners.plan_in_turn(facts, Arrival(due), limit).await?;
         let answer = answer(&made, self.state.origin());
         let late = self.context.clock().since(due);
-        let event = planned(now, late, &made, &answer);
+        let own_craft = self.own_craft.clone();
+        let event = Planned { own_craft, ..planned(now, late, &made, &answer) };
         let plan = Arc::new(StoredPlan {
             sequence: self.context.mission.sequence + 1,
             time: now,
@@ -250,6 +269,7 @@ impl Live {
         metrics.late(late);
         self.log_changes(&plan);
         self.context.show(plan);
+        self.show_to_others(true);
         self.count_does_not_follow();
         self.since_checkpoint = 0;
         Ok(())
@@ -318,7 +338,48 @@ impl Live {
         self.context.view.send_modify(|view| view.missed += plans);
     }
 
+    /// `true` for missions whose clock the others share.
+    fn is_among_others(&self) -> bool {
+        self.mission.clock.rate == 1.0
+    }
+
+    /// Shows the craft to other missions of the service, if it has a place on Earth; `is_planned` if its
+    /// plan is of now.
+    fn show_to_others(&self, is_planned: bool) {
+        let (Some(origin), Some(asc), Some(velocity)) =
+            (self.state.origin(), self.state.asc(), self.state.velocity())
+        else {
+            return;
+        };
+        let (Some(lat_deg), Some(lon_deg)) = (asc.state.lat_deg, asc.state.lon_deg) else { return };
+        let view = self.context.view.borrow();
+        let answer = view.plan.as_ref().map(|plan| &plan.answer.answer);
+        let follows = |answer: &PlanResponse| {
+            answer.outcome == Outcome::Ok && answer.craft_estimate.follows && asc.steered
+        };
+        let steering = self.state.steering().is_none_or(|said| said.state == SteeringState::Steering);
+        let trajectory = answer.map_or(&[][..], |answer| &answer.trajectory);
+        let step = trajectory.len().div_ceil(PLAN_POINTS).max(1);
+        let points = trajectory.iter().skip(step).step_by(step);
+        let craft = Craft {
+            mission: Arc::clone(&self.context.mission),
+            origin,
+            place: Origin { lat_deg, lon_deg },
+            t_s: asc.t_s,
+            position: asc.state.position(),
+            velocity,
+            plan: points.map(|point| [point.t_s, point.north_m, point.east_m]).collect(),
+            period: self.mission.config.period_s,
+            is_orderly: is_planned && steering && answer.is_some_and(follows),
+        };
+        drop(view);
+        if self.is_among_others() {
+            self.berth.show(craft, self.context.clock().unix_s());
+        }
+    }
+
     fn show_heard(&self) {
+        self.show_to_others(false);
         let waits_for = self.state.waits_for(self.mission.clock.now(self.context.clock()));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;

@@ -2,13 +2,13 @@
 
 use std::{collections::BTreeMap, time::Duration};
 
-use ::record::table::{ESTIMATED, KNOWN, Row, SURFACE_CRAFT};
+use ::record::table::{ESTIMATED, KNOWN, Row, SURFACE_CRAFT, VESSEL};
 use sim::record::method_name;
 
 use crate::missions::clock::MissionClock;
 use crate::missions::event::{Event, Planned};
 use wire::mission::{AscReport, TrueVehicle, Truth};
-use wire::{Outcome, PredictedAuv, Report};
+use wire::{Outcome, PredictedAuv, Report, Vessel};
 
 pub(super) fn outcome(outcome: Outcome) -> &'static str {
     match outcome {
@@ -102,7 +102,8 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
                 reason: Some(&note.text),
                 ..row
             });
-            states.chain(fixes).chain(notes).collect()
+            let vessels = heard.traffic.iter().map(|seen| vessel(&row, seen));
+            states.chain(fixes).chain(vessels).chain(notes).collect()
         }
         Event::Planned(plan) => {
             let truths = plan.truth.iter().flat_map(|truth| truths(&row, truth));
@@ -114,8 +115,9 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
                 };
                 belief.into_iter().chain(newly_refused(&row, auv, refused))
             });
-            let plan = [planned(&row, plan)].into_iter();
-            plan.chain(truths).chain(beliefs).collect()
+            let (own, plan) = (&plan.own_craft, [planned(&row, plan)].into_iter());
+            let own = own.vessels.iter().map(|seen| vessel(&row, seen));
+            plan.chain(truths).chain(beliefs).chain(own).collect()
         }
     }
 }
@@ -149,6 +151,21 @@ fn fix<'a>(row: &Row<'a>, id: &'a str, report: &Report) -> Row<'a> {
         speed_mps: report.speed_mps,
         yaw_rate_radps: report.turn_rate_radps,
         sigma_m: Some(report.sigma_m),
+        ..*row
+    }
+}
+
+fn vessel<'a>(row: &Row<'a>, vessel: &'a Vessel) -> Row<'a> {
+    Row {
+        kind: Some(VESSEL),
+        t_s: vessel.t_s.or(row.t_s),
+        vehicle: Some(&vessel.id.0),
+        north_m: Some(vessel.north_m),
+        east_m: Some(vessel.east_m),
+        heading_rad: vessel.heading_rad,
+        course_rad: vessel.course_rad,
+        speed_mps: vessel.speed_mps,
+        sigma_m: vessel.sigma_m,
         ..*row
     }
 }

@@ -14,6 +14,7 @@ use super::{row::outcome, *};
 use store::{Append, EventStore};
 
 use crate::missions::event::Planned;
+use crate::missions::own_craft::OwnCraft;
 use wire::{
     Method, Outcome, Reference,
     mission::{Reports, TrueVehicle, Truth},
@@ -118,6 +119,7 @@ fn planned(t_s: f64, truth: Option<Truth>) -> Event {
         },
         answer_sha256: "00".repeat(32),
         cut_short: None,
+        own_craft: OwnCraft::default(),
         truth: truth.map(Box::new),
         prediction: None,
     }))

@@ -1,0 +1,340 @@
+//! The craft of the service's live missions, as each other sees them.
+//!
+//! Two of them give way by the order of their missions: the later one keeps clear of the earlier one,
+//! whose plan it knows, and the earlier one does not see it, so that only one of them ever dodges. A
+//! later craft that cannot give way, such as a silent one, is a vessel like others to the earlier one.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use parking_lot::Mutex;
+use planner::nalgebra::Vector2;
+use planner::snapshot::ID_LENGTH_MAX;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::edge::access::Tokens;
+use wire::mission::Mission;
+use wire::{DatumChange, Origin, VehicleId, Vessel, VesselStatus};
+
+/// Distance from which craft look at each other, m: two at 8 m/s for the 300 s of a manoeuvre.
+const RANGE: f64 = 5_000.0;
+
+/// Most own craft in a plan.
+const OWN_MAX: usize = 8;
+
+/// Time without an orderly plan after which a craft does not give way, s, beside three periods.
+const GRACE: f64 = 5.0;
+
+/// Time of orderly plans after which it gives way again, s.
+const AGAIN: f64 = 30.0;
+
+/// Length of a craft over all, m, and standard deviation of its own position, m.
+const LENGTH: f64 = 5.0;
+const SIGMA: f64 = 3.0;
+
+/// Time for which a craft without a fresh plan is taken to go straight on, s: a program's horizon.
+const STRAIGHT: f64 = 60.0;
+
+/// Distance, m, and difference of velocities, m/s, below which a small vessel is an echo of a craft: of
+/// a new echo, and of one that was.
+const ECHO: [(f64, f64); 2] = [(20.0, 1.0), (60.0, 2.0)];
+
+/// Largest length of a vessel that is an echo without the craft's name, m.
+const ECHO_LENGTH: f64 = 12.0;
+
+/// Other craft of the service, as a plan saw them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct OwnCraft {
+    /// The craft as vessels, at most 8; `id` is that of their mission.
+    pub vessels: Vec<Vessel>,
+    /// Identities of reported vessels that are craft of the service, at most 64. The plan left them out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Vec<String>)]
+    pub echoes: Vec<VehicleId>,
+}
+
+impl OwnCraft {
+    /// `true` if the plan saw none.
+    pub(super) fn is_none(&self) -> bool {
+        self.vessels.is_empty() && self.echoes.is_empty()
+    }
+}
+
+/// A craft as its mission knows it. Times are Unix times, s; positions count from `origin`.
+#[derive(Clone, Debug)]
+pub(super) struct Craft {
+    pub(super) mission: Arc<Mission>,
+    pub(super) origin: Origin,
+    /// Its place on Earth.
+    pub(super) place: Origin,
+    /// Time of its state.
+    pub(super) t_s: f64,
+    pub(super) position: Vector2<f64>,
+    /// Velocity over ground, m/s.
+    pub(super) velocity: Vector2<f64>,
+    /// Its planned positions: time, north and east, m.
+    pub(super) plan: Vec<[f64; 3]>,
+    /// Time between its plans, s, and `true` if it follows the last one.
+    pub(super) period: f64,
+    pub(super) is_orderly: bool,
+}
+
+/// The craft with a place on Earth whose missions are active, by the missions' numbers.
+#[derive(Clone, Debug)]
+pub(super) struct Fleet {
+    craft: Arc<Mutex<BTreeMap<u64, Member>>>,
+    tokens: Option<Tokens>,
+}
+
+#[derive(Clone, Debug)]
+struct Member {
+    craft: Craft,
+    /// Orderly since and until, s.
+    since: f64,
+    until: f64,
+}
+
+impl Member {
+    fn is_orderly(&self, now: f64) -> bool {
+        self.since + AGAIN <= now && now <= self.until
+    }
+}
+
+impl Fleet {
+    pub(super) fn new(tokens: Option<Tokens>) -> Self {
+        Self { craft: Arc::default(), tokens }
+    }
+
+    /// The place of the mission with that number, which is empty at first.
+    pub(super) fn place(&self, number: u64) -> Berth {
+        Berth { fleet: self.clone(), number }
+    }
+
+    /// `true` if every caller that may see one mission may see the other.
+    fn have_the_same_callers(&self, one: &Mission, other: &Mission) -> bool {
+        let tokens = self.tokens.as_ref();
+        tokens.is_none_or(|tokens| tokens.permit_alike([one, other].map(|of| (&*of.id, &of.metadata))))
+    }
+}
+
+/// A mission's place in the fleet. It is left when this is dropped.
+#[derive(Debug)]
+pub(super) struct Berth {
+    fleet: Fleet,
+    number: u64,
+}
+
+impl Drop for Berth {
+    fn drop(&mut self) {
+        self.fleet.craft.lock().remove(&self.number);
+    }
+}
+
+impl Berth {
+    /// Shows the craft to the others at `now`, Unix time, s.
+    pub(super) fn show(&self, craft: Craft, now: f64) {
+        let mut members = self.fleet.craft.lock();
+        let before = members.get(&self.number).map(|before| (before.since, before.until));
+        // A craft that was never orderly does not have to become so again.
+        let (since, until) = match before {
+            Some((since, until)) if !craft.is_orderly || now <= until => (since, until),
+            Some((_, until)) if f64::NEG_INFINITY < until => (now, until),
+            _ => (f64::NEG_INFINITY, f64::NEG_INFINITY),
+        };
+        let until = if craft.is_orderly { now + GRACE + 3.0 * craft.period } else { until };
+        members.insert(self.number, Member { craft, since, until });
+    }
+
+    /// What the mission sees of the others at `now`, Unix time, s, with the vessels that were `reported`
+    /// to it. `before` is what it saw last.
+    pub(super) fn look<'a>(
+        &self,
+        now: f64,
+        reported: impl Iterator<Item = &'a Vessel>,
+        before: &OwnCraft,
+    ) -> OwnCraft {
+        let members = self.fleet.craft.lock();
+        let Some(own) = members.get(&self.number) else {
+            return OwnCraft::default();
+        };
+        let near = members.iter().filter(|(number, other)| {
+            **number != self.number
+                && are_near(&own.craft.place, &other.craft.place)
+                && self.fleet.have_the_same_callers(&own.craft.mission, &other.craft.mission)
+        });
+        let near: Vec<_> = near.map(|(number, member)| (*number, member.clone())).collect();
+        let (origin, here) = (own.craft.origin, own.craft.position);
+        drop(members);
+        let mut seen: Vec<_> = near
+            .into_iter()
+            .filter_map(|(number, member)| {
+                let is_orderly = member.is_orderly(now);
+                let vessel = member.craft.seen_from(origin, number < self.number, is_orderly)?;
+                let is_hidden = self.number < number && is_orderly;
+                Some(((vessel.position() - here).norm(), is_hidden, vessel))
+            })
+            .collect();
+        seen.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
+        let echoes = reported.filter(|vessel| {
+            let was = before.echoes.contains(&vessel.id);
+            seen.iter().any(|(.., craft)| is_echo(vessel, craft, was, now))
+        });
+        let echoes = echoes.map(|vessel| vessel.id.clone()).collect();
+        let vessels = seen.into_iter().filter(|(_, is_hidden, _)| !is_hidden).map(|(.., vessel)| vessel);
+        OwnCraft { vessels: vessels.take(OWN_MAX).collect(), echoes }
+    }
+}
+
+impl Craft {
+    /// The craft as a vessel with positions from `origin`. One that `leads` has a plan.
+    fn seen_from(self, origin: Origin, leads: bool, is_orderly: bool) -> Option<Vessel> {
+        let straight = || {
+            let [north, east] = (self.position + self.velocity * STRAIGHT).into();
+            vec![[self.t_s + STRAIGHT, north, east]]
+        };
+        let plan = match leads {
+            true if is_orderly && !self.plan.is_empty() => self.plan,
+            true => straight(),
+            false => vec![],
+        };
+        let course = self.velocity.y.atan2(self.velocity.x);
+        let name = self.mission.metadata.get("bridge").and_then(|name| name.as_str());
+        let name = name.unwrap_or(&self.mission.title);
+        let mut vessel = Vessel {
+            id: VehicleId(self.mission.id.clone()),
+            name: Some(name.to_owned()).filter(|name| name.len() <= ID_LENGTH_MAX),
+            t_s: Some(self.t_s),
+            north_m: self.position.x,
+            east_m: self.position.y,
+            lat_deg: None,
+            lon_deg: None,
+            course_rad: Some(course),
+            speed_mps: Some(self.velocity.norm()),
+            heading_rad: None,
+            length_m: Some(LENGTH),
+            sigma_m: Some(SIGMA),
+            plan,
+            status: VesselStatus::UnderWay,
+        };
+        if self.origin != origin {
+            let change = DatumChange::new(self.origin, origin)?;
+            vessel.positions_mut().for_each(|(north, east)| change.position(north, east));
+        }
+        vessel.faults("").is_empty().then_some(vessel)
+    }
+}
+
+/// `true` for places within the range of each other, and some beyond it.
+fn are_near(one: &Origin, other: &Origin) -> bool {
+    const METRES_PER_DEGREE: f64 = 111_000.0;
+    let east = (one.lon_deg - other.lon_deg + 180.0).rem_euclid(360.0) - 180.0;
+    let north = one.lat_deg - other.lat_deg;
+    let range = RANGE / METRES_PER_DEGREE;
+    north.abs() <= range && east.abs() * one.lat_deg.to_radians().cos() <= range
+}
+
+/// `true` if a reported `vessel` is the `craft`, as its name or else its motion says. One that `was` an
+/// echo stays so for longer.
+fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
+    let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
+    let at = |of: &Vessel| {
+        let velocity = of.velocity().unwrap_or_else(Vector2::zeros);
+        (of.position() + velocity * (now - of.t_s.unwrap_or(now)), velocity)
+    };
+    let ((place, velocity), (there, their_velocity)) = (at(vessel), at(craft));
+    let (distance, difference) = ECHO[usize::from(was)];
+    let is_near = (place - there).norm() < distance && (velocity - their_velocity).norm() < difference;
+    let is_small = vessel.length_m.is_none_or(|length| length <= ECHO_LENGTH);
+    vessel.id == craft.id || (name(vessel).is_some() && name(vessel) == name(craft)) || (is_near && is_small)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    const ORIGIN: Origin = Origin { lat_deg: 38.41, lon_deg: -9.12 };
+
+    fn mission(craft: &str) -> Arc<Mission> {
+        let mission = json!({ "id": format!("m-{craft}"), "title": craft, "kind": "live", "status": "running",
+            "created_s": 0.0, "t_s": 0.0, "sequence": 1, "metadata": { "bridge": craft } });
+        Arc::new(serde_json::from_value(mission).expect("has the shape"))
+    }
+
+    /// A craft that goes north at 1 m/s, 30 m north of its origin at 100 s.
+    fn craft(name: &str, t_s: f64, is_orderly: bool) -> Craft {
+        Craft {
+            mission: mission(name),
+            origin: ORIGIN,
+            place: ORIGIN,
+            t_s,
+            position: Vector2::new(t_s - 70.0, 0.0),
+            velocity: Vector2::new(1.0, 0.0),
+            plan: vec![[t_s + 5.0, 50.0, 9.0]],
+            period: 1.0,
+            is_orderly,
+        }
+    }
+
+    fn seen(berth: &Berth, now: f64) -> Vec<(String, usize)> {
+        let seen = berth.look(now, [].into_iter(), &OwnCraft::default()).vessels;
+        seen.into_iter().map(|vessel| (vessel.id.0, vessel.plan.len())).collect()
+    }
+
+    #[test]
+    fn the_later_mission_sees_the_earlier_plan_and_the_earlier_one_only_a_craft_that_cannot_give_way() {
+        let fleet = Fleet::new(None);
+        let [earlier, later] = [fleet.place(3), fleet.place(7)];
+        earlier.show(craft("one", 100.0, true), 100.0);
+        later.show(craft("two", 100.0, false), 100.0);
+        assert_eq!(seen(&earlier, 100.0), [("m-two".to_owned(), 0)]);
+        assert_eq!(seen(&later, 100.0), [("m-one".to_owned(), 1)]);
+        later.show(craft("two", 101.0, true), 101.0);
+        assert_eq!(seen(&earlier, 101.0), []);
+        // Reports alone are no orderly plans.
+        later.show(craft("two", 108.0, false), 108.0);
+        assert_eq!((seen(&earlier, 109.0).len(), seen(&earlier, 109.1).len()), (0, 1));
+        // Orderly again, but not for long.
+        for t in 110..=139 {
+            later.show(craft("two", f64::from(t), true), f64::from(t));
+            assert_eq!(seen(&earlier, f64::from(t)).len(), 1, "{t}");
+        }
+        later.show(craft("two", 140.0, true), 140.0);
+        assert_eq!(seen(&earlier, 140.0), []);
+        // The earlier one has not planned any more: it is taken to go straight on.
+        let straight = &later.look(140.0, [].into_iter(), &OwnCraft::default()).vessels[0];
+        assert_eq!(straight.plan, [[160.0, 90.0, 0.0]]);
+        drop(earlier);
+        assert_eq!(seen(&later, 140.0), []);
+    }
+
+    #[test]
+    fn a_craft_that_ais_tells_of_too_counts_once_and_is_seen_from_the_other_origin() {
+        let fleet = Fleet::new(None);
+        let [earlier, later] = [fleet.place(3), fleet.place(7)];
+        earlier.show(craft("one", 100.0, true), 100.0);
+        let north = Origin { lat_deg: 38.411, ..ORIGIN };
+        later.show(Craft { origin: north, ..craft("two", 100.0, true) }, 100.0);
+        let here = later.look(100.0, [].into_iter(), &OwnCraft::default()).vessels.remove(0);
+        // A thousandth of a degree of latitude is 111 m here.
+        assert!((here.north_m + 81.0).abs() < 0.1 && here.east_m.abs() < 0.1, "{here:?}");
+        let vessel = |id: &str, ahead: f64| Vessel {
+            id: VehicleId(id.to_owned()),
+            name: None,
+            north_m: here.north_m + ahead,
+            length_m: None,
+            ..here.clone()
+        };
+        let large = Vessel { length_m: Some(60.0), ..vessel("ferry", 5.0) };
+        let named = Vessel { name: Some("ONE".to_owned()), ..vessel("named", 500.0) };
+        let reported = [vessel("near", 15.0), vessel("far", 40.0), large, named];
+        let first = later.look(100.0, reported.iter(), &OwnCraft::default());
+        let ids = |seen: &OwnCraft| seen.echoes.iter().map(|id| id.0.clone()).collect::<Vec<_>>();
+        assert_eq!(ids(&first), ["near", "named"]);
+        // One that was an echo stays so for longer.
+        let before = OwnCraft { echoes: vec![VehicleId("far".to_owned())], ..first };
+        assert_eq!(ids(&later.look(100.0, reported.iter(), &before)), ["near", "far", "named"]);
+    }
+}
