@@ -13,6 +13,7 @@ mod config;
 #[cfg(feature = "postgres")]
 mod copy_store;
 mod crafts;
+mod declared_areas;
 mod declared_craft;
 mod declared_routes;
 mod demo;

@@ -20,7 +20,9 @@ const SETTLED_M: f64 = 15.0;
 pub(crate) fn needs_origin(live: &Value) -> bool {
     let has = |of: &Value, members: &[&str]| members.iter().any(|member| !of[*member].is_null());
     let auvs = live["auvs"].as_array().map_or(&[][..], Vec::as_slice);
-    !has(live, &["origin", "path", "keep_outs", "no_go", "area"])
+    !has(live, &["origin", "path", "keep_outs", "area"])
+        // Those from a file of areas are in degrees.
+        && !live["no_go"][0]["polygon"][0].is_array()
         && !auvs.iter().any(|auv| has(auv, &["path"]))
 }
 
@@ -95,6 +97,8 @@ mod tests {
             (json!({ "auvs": auvs, "origin": { "lat_deg": 1.0, "lon_deg": 2.0 } }), false),
             (json!({ "auvs": auvs, "keep_outs": [] }), false),
             (json!({ "auvs": [{ "id": "a", "path": {} }] }), false),
+            (json!({ "auvs": auvs, "no_go": [{ "polygon": [[1, 2], [3, 4], [5, 0]] }] }), false),
+            (json!({ "auvs": auvs, "no_go": [{ "polygon": [{ "lat_deg": 1, "lon_deg": 2 }] }] }), true),
         ] {
             assert_eq!(needs_origin(&live), needs, "{live}");
         }

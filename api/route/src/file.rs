@@ -16,13 +16,18 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Route>, Unread> {
     read_until(bytes, &|| false)
 }
 
-/// As [`read`]; also fails once it is `due`.
-pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Unread> {
-    let progress = Progress::new(due);
+/// The text of `bytes`, if these are not too many.
+pub(crate) fn text_of(bytes: &[u8]) -> Result<Cow<'_, str>, Unread> {
     if BYTES_MAX < bytes.len() {
         let fault = format!("has {} bytes, {BYTES_MAX} are read", bytes.len());
         return Err(Unread::new("file", fault));
     }
+    Ok(decoded(bytes))
+}
+
+/// As [`read`]; also fails once it is `due`.
+pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Unread> {
+    let progress = Progress::new(due);
     let unpacked;
     let bytes = if bytes.starts_with(b"PK\x03\x04") {
         unpacked = xml::unpacked(bytes, &progress)?;
@@ -30,7 +35,7 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
     } else {
         bytes
     };
-    let text = decoded(bytes);
+    let text = text_of(bytes)?;
     let routes = match text.trim_start().as_bytes() {
         [] => return Err(Unread::new("file", "is empty")),
         [b'<', ..] => xml::routes(&text, progress)?,

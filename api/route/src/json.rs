@@ -18,15 +18,19 @@ const OBJECT_BYTES: usize = 11 * (size_of::<String>() + VALUE_BYTES);
 const VALUE_BYTES: usize = size_of::<Value>();
 
 pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
+    let value = parsed(text, &progress)?;
+    let routes =
+        if value["fileType"] == "Plan" { plan(&value, &mut progress) } else { geojson(value, &mut progress) };
+    routes.map_err(|unread| Unread { place: located(text, &unread.place), ..unread })
+}
+
+/// The values of a file.
+pub(crate) fn parsed(text: &str, progress: &Progress<'_>) -> Result<Value, Unread> {
     let broken = |error: serde_json::Error| {
         Unread::new(format!("line {}", error.line()), format!("is no JSON: {error}"))
     };
     weigh(text)?;
-    let watched = BufReader::new(progress.watched(text.as_bytes()));
-    let value: Value = serde_json::from_reader(watched).map_err(broken)?;
-    let routes =
-        if value["fileType"] == "Plan" { plan(&value, &mut progress) } else { geojson(value, &mut progress) };
-    routes.map_err(|unread| Unread { place: located(text, &unread.place), ..unread })
+    serde_json::from_reader(BufReader::new(progress.watched(text.as_bytes()))).map_err(broken)
 }
 
 /// Fails before the values of `text` take too much memory.
@@ -54,7 +58,7 @@ fn weigh(text: &str) -> Result<(), Unread> {
 }
 
 /// The JSON pointer, with the line of its last step that exists.
-fn located(text: &str, pointer: &str) -> String {
+pub(crate) fn located(text: &str, pointer: &str) -> String {
     let mut at = text;
     for step in pointer.split('/').skip(1) {
         let inner = match step.parse::<usize>() {
@@ -75,7 +79,7 @@ fn located(text: &str, pointer: &str) -> String {
 }
 
 /// The features of a file, each with its place.
-fn features(mut value: Value) -> Result<Vec<(String, Value)>, Unread> {
+pub(crate) fn features(mut value: Value) -> Result<Vec<(String, Value)>, Unread> {
     let crs = value["crs"].to_string();
     if crs.contains("EPSG") && !crs.contains("4326") {
         let fault = "is not WGS 84; export it in longitude and latitude";
@@ -91,21 +95,24 @@ fn features(mut value: Value) -> Result<Vec<(String, Value)>, Unread> {
     Ok(items.into_iter().enumerate().map(feature).collect())
 }
 
+/// The feature at a place, and the place of its geometry.
+pub(crate) fn feature(item: Value, place: String) -> Result<(Feature, String), Unread> {
+    let no_geojson = |error: serde_json::Error| {
+        let fault = format!("is neither GeoJSON nor a plan of QGroundControl: {error}");
+        Unread::new(&*place, fault)
+    };
+    match serde_json::from_value(item).map_err(no_geojson)? {
+        GeoJson::Feature(feature) => Ok((feature, format!("{place}/geometry"))),
+        GeoJson::Geometry(geometry) => Ok((Feature::from(geometry), place)),
+        GeoJson::FeatureCollection(_) => Err(Unread::new(place, "is a collection inside another")),
+    }
+}
+
 fn geojson(value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let (mut routes, mut loose) = (Vec::new(), Route::default());
     for (place, item) in features(value)? {
-        let no_geojson = |error: serde_json::Error| {
-            let fault = format!("is neither GeoJSON nor a plan of QGroundControl: {error}");
-            Unread::new(&*place, fault)
-        };
         let properties_at = format!("{place}/properties");
-        let (feature, place) = match serde_json::from_value(item).map_err(no_geojson)? {
-            GeoJson::Feature(feature) => (feature, format!("{place}/geometry")),
-            GeoJson::Geometry(geometry) => (Feature::from(geometry), place),
-            GeoJson::FeatureCollection(_) => {
-                return Err(Unread::new(place, "is a collection inside another"));
-            }
-        };
+        let (feature, place) = feature(item, place)?;
         let coordinates_at = format!("{place}/coordinates");
         let name = feature.property("name").and_then(Value::as_str).unwrap_or_default();
         let [speed, depth] = ["speed_mps", "depth_m"].map(|wanted| stated(&properties_at, &feature, wanted));
@@ -181,7 +188,7 @@ fn unused(feature: &Feature) -> Option<String> {
     (!names.is_empty()).then(note)
 }
 
-fn extend(
+pub(crate) fn extend(
     progress: &mut Progress<'_>,
     route: &mut Route,
     place: &str,

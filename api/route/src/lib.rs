@@ -9,6 +9,7 @@
 //! north and east of a datum in metres. Lines of several parts are one route, in order. Time and
 //! memory grow no faster than the file's bytes, even if it is damaged on purpose.
 
+mod areas;
 mod file;
 mod json;
 mod lawnmower;
@@ -21,6 +22,7 @@ mod text;
 #[cfg(feature = "xml")]
 mod xml;
 
+pub use areas::{Area, areas};
 pub use file::{read, read_until};
 pub use lawnmower::{LawnMower, NoLanes, lanes_over};
 pub use progress::BYTES_MAX;

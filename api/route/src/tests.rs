@@ -443,3 +443,29 @@ fn ten_thousand_damaged_files_are_read_or_refused() {
     println!("{n_read} of 10000 damaged files were read");
     assert!(0 < n_read && n_read < 10_000);
 }
+
+#[test]
+fn areas_are_the_polygons_of_a_file_with_their_holes_and_what_is_none_is_an_error() {
+    let ring = |side: f64| format!("[[-9,38],[-9,{}],[{},38],[-9,38]]", 38.0 + side, -9.0 + side);
+    let (border, hole) = (ring(0.1), ring(0.01));
+    let feature = |geometry: &str| {
+        format!(r#"{{"type":"Feature","properties":{{"name":"a"}},"geometry":{{"type":{geometry}}}}}"#)
+    };
+    let file = |features: &str| format!(r#"{{"type":"FeatureCollection","features":[{features}]}}"#);
+    let polygon = feature(&format!(r#""Polygon","coordinates":[{border},{hole}]"#));
+    let many = feature(&format!(r#""MultiPolygon","coordinates":[[{border}],[{hole}]]"#));
+    let areas = crate::areas(file(&format!("{polygon},{many}")).as_bytes()).expect("three areas");
+    let corners = |area: &crate::Area| area.rings.iter().map(Vec::len).collect::<Vec<_>>();
+    assert_eq!(areas.iter().map(corners).collect::<Vec<_>>(), [vec![3, 3], vec![3], vec![3]]);
+    assert!(areas.iter().all(|area| area.name == "a"));
+    let tip = crate::Place::Earth { lat_deg: 38.1, lon_deg: -9.0 };
+    assert_eq!(areas[0].rings[0][1].place, tip);
+    for (features, fault) in [
+        (feature(r#""Point","coordinates":[-9,38]"#), "line 1 (/features/0/geometry): is no polygon"),
+        (polygon.replace("38.1", "98.1"), "is not on Earth"),
+        ("7".to_owned(), "is neither GeoJSON"),
+    ] {
+        let error = crate::areas(file(&features).as_bytes()).expect_err(fault).to_string();
+        assert!(error.contains(fault), "{error}");
+    }
+}

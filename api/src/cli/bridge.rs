@@ -21,6 +21,7 @@ use serde_json::{Value, json};
 use tokio::{runtime, sync::oneshot};
 
 use super::config::Config;
+use super::declared_areas::DeclaredAreas;
 use super::declared_routes::DeclaredRoutes;
 use super::failure::{Failure, because_of};
 use super::out_file::print;
@@ -230,13 +231,15 @@ struct MissionFlags {
     #[arg(long, value_name = "FILE", requires = "url")]
     certificate: Option<PathBuf>,
     /// Join this mission.
-    #[arg(long, value_name = "ID", conflicts_with_all = ["setup", "goal", "route"])]
+    #[arg(long, value_name = "ID", conflicts_with_all = ["setup", "goal", "route", "no_go"])]
     mission: Option<String>,
     /// Create the mission from this file: the body of POST /v1/missions.
     #[arg(long, value_name = "FILE", conflicts_with = "goal")]
     setup: Option<PathBuf>,
     #[command(flatten)]
     routes: DeclaredRoutes,
+    #[command(flatten)]
+    areas: DeclaredAreas,
     /// Goal of a new mission [default with one AUV: track]
     #[arg(long)]
     goal: Option<Goal>,
@@ -453,6 +456,7 @@ impl MissionFlags {
         };
         if let Some(live) = setup.get_mut("live") {
             self.routes.put_into(live)?;
+            self.areas.put_into(live)?;
         }
         Ok(MissionChoice::named(self.name.clone(), setup))
     }

@@ -177,7 +177,7 @@ fn segment(piece: &Segment) -> Result<SegmentFile, String> {
 }
 
 /// The number, if it is within the scenario's range.
-fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, String> {
+pub(crate) fn fixed<K: Kind>(what: &'static str, value: f64) -> Result<Quantity<K>, String> {
     if K::RANGE.contains(&value) {
         return Ok(Quantity::fixed(value));
     }

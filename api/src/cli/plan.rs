@@ -12,6 +12,7 @@ use serde_json::Value;
 use service::offline;
 use wire::program_dump;
 
+use crate::cli::declared_areas::DeclaredAreas;
 use crate::cli::declared_craft::DeclaredCraft;
 use crate::cli::declared_routes::DeclaredRoutes;
 use crate::cli::failure::{Failure, because_of};
@@ -28,6 +29,8 @@ pub(crate) struct Plan {
     craft: DeclaredCraft,
     #[command(flatten)]
     routes: DeclaredRoutes,
+    #[command(flatten)]
+    areas: DeclaredAreas,
     /// Print the answer on one line.
     #[arg(long)]
     compact: bool,
@@ -75,7 +78,7 @@ pub(crate) fn plan(arguments: &Plan) -> Result<(), Box<dyn Error>> {
 /// The snapshot in `body` with declared craft and routes. The planner reports other bodies.
 fn declared(body: Vec<u8>, arguments: &Plan) -> Result<Vec<u8>, Box<dyn Error>> {
     let craft = arguments.craft.json()?;
-    if craft.is_none() && arguments.routes.is_empty() {
+    if craft.is_none() && arguments.routes.is_empty() && arguments.areas.is_empty() {
         return Ok(body);
     }
     let Ok(mut snapshot) = serde_json::from_slice::<Value>(&body) else {
@@ -85,6 +88,7 @@ fn declared(body: Vec<u8>, arguments: &Plan) -> Result<Vec<u8>, Box<dyn Error>> 
         members.insert("craft".to_owned(), craft);
     }
     arguments.routes.put_into(&mut snapshot)?;
+    arguments.areas.put_into(&mut snapshot)?;
     Ok(snapshot.to_string().into_bytes())
 }
 

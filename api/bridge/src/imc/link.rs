@@ -22,8 +22,8 @@ const ALL_ENTITIES: u8 = 0xFF;
 const CCU: u8 = 0;
 /// Time without references after which FollowReference ends, s, so that the craft stops within 3 s.
 const TIMEOUT_S: f32 = 2.5;
-/// Time between two references, s: DUNE begins a new path, and logs it, at each.
-const INTERVAL_S: f64 = 0.5;
+/// Least time between two references, s: DUNE begins a new path, and logs it, at each.
+const INTERVAL_S: f64 = 0.45;
 /// Time to the place ahead, s, and its least distance, m. DUNE stops within 15 m of a place.
 const AHEAD_S: f64 = 20.0;
 const AHEAD_MIN_M: f64 = 40.0;

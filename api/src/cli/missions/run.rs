@@ -7,8 +7,8 @@ use record::{self, ExportError, Format};
 use sim::{record::Record, scenario::Scenario};
 
 use crate::cli::{
-    declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes, failure::Failure, out_file::OutFile,
-    scenarios::scenario,
+    declared_areas::DeclaredAreas, declared_craft::DeclaredCraft, declared_routes::DeclaredRoutes,
+    failure::Failure, out_file::OutFile, scenarios::scenario,
 };
 
 #[derive(Debug, Args)]
@@ -17,6 +17,8 @@ pub(super) struct RunArguments {
     craft: DeclaredCraft,
     #[command(flatten)]
     routes: DeclaredRoutes,
+    #[command(flatten)]
+    areas: DeclaredAreas,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1)]
     pub(super) seed: u64,
@@ -52,6 +54,7 @@ impl RunArguments {
             surface_craft.craft = Some(craft);
         }
         self.routes.follow(&mut scenario, self.seed)?;
+        self.areas.add_to(&mut scenario, self.seed)?;
         Ok(scenario)
     }
 }
