@@ -1,14 +1,14 @@
-//! Drawn coasts between a kinematic craft and an AUV at rest: bays, islands, straits, spirals, rough
-//! coasts. The planner steers once a second until the craft is within 5 m of the AUV.
+//! Drawn coasts between a kinematic craft and an AUV at rest: bays, islands, straits, spirals,
+//! rough coasts. The planner steers once a second until the craft is within 5 m of the AUV.
 //!
 //! ```text
 //! cargo run --release -p pilotfish-sim --example coasts -- --seeds 1-500 > flights.jsonl
 //! python tests/python/coasts.py flights.jsonl
 //! ```
-//! A JSON line for each flight, with all that another program needs to judge it: areas, start, AUV and
-//! track, beside the planner's own view: time of arrival (null for none), depth in an area, times of
-//! plans on a processor (Linux).
-//! `--islands N` draws N small islands of 39 corners instead, to measure times; `--kind K` flies one kind alone.
+//! A JSON line for each flight, with all that another program needs to judge it: areas, start, AUV
+//! and track, beside the planner's own view: time of arrival (null for none), depth in an area,
+//! times of plans on a processor (Linux). `--islands N` draws N small islands of 39 corners
+//! instead, to measure times; `--kind K` flies one kind alone.
 
 use std::f64::consts::TAU;
 use std::{env, error::Error, io::Write, ops::Range};
@@ -140,7 +140,8 @@ fn spiral(rng: &mut ChaCha8Rng) -> (Vec<Ring>, [Vector2<f64>; 2]) {
     (vec![wall], [inside, direction(rng.random_range(0.0..TAU)) * (8.0 + gap * turns + 15.0)])
 }
 
-/// A coast halved six times with shifts, and a few islands before it: both ends anywhere in the water.
+/// A coast halved six times with shifts, and a few islands before it: both ends anywhere in the
+/// water.
 fn rough_coast(rng: &mut ChaCha8Rng) -> (Vec<Ring>, [Vector2<f64>; 2]) {
     let mut line = ring(&[(-50.0, 0.0), (250.0, 0.0)]);
     for _ in 0..6 {

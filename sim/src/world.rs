@@ -3,7 +3,8 @@
 //! From the bottom up: [`hull`] has masses, drag and thrusters; [`inner_loop`] their autopilots;
 //! [`path_following`] and [`dive`] guide an AUV. [`surface_craft`] and [`auv`] are whole vehicles
 //! (AUV classes: [`underwater_vehicle`]), which [`integrate`] moves in [`water`], with [`fault`]s.
-//! [`plant`] has a hull's physical limits; [`vessel`]s are points. An AUV may repeat a [`recorded_track`] instead.
+//! [`plant`] has a hull's physical limits; [`vessel`]s are points. An AUV may repeat a
+//! [`recorded_track`] instead.
 
 use nalgebra::Vector2;
 use planner::{angle::Heading, los::Reference};

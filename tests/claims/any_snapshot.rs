@@ -451,8 +451,8 @@ impl<'a> Forward<'a> {
         [range(true), range(false), area, keep_out]
     }
 
-    /// Amount by which the craft is too near to a vessel that is not to keep clear of it. The distance
-    /// to keep goes linearly over an interval.
+    /// Amount by which the craft is too near to a vessel that is not to keep clear of it. The
+    /// distance to keep goes linearly over an interval.
     fn too_near_a_vessel(&self, [begin, end]: [f64; 2], share: f64) -> f64 {
         let vessels = vessels_now(self.scene).filter(|seen| !self.keeps_clear.contains(&seen.vessel));
         let too_near = |seen: VesselNow| {

@@ -147,8 +147,8 @@ impl Sea {
             vec![]
         };
         if !ships.is_empty() {
-            // Keeping clear takes full speed for minutes, and the autopilot allows 2 m/s: a plan of more
-            // would find that the craft does not follow.
+            // Keeping clear takes full speed for minutes, and the autopilot allows 2 m/s: a plan of
+            // more would find that the craft does not follow.
             limits.speed_max = limits.speed_max.min(2.0);
         }
         Self {

@@ -108,8 +108,8 @@ impl Ship {
         }))
     }
 
-    /// How far `boat` is from the distance to keep, m, negative within it; none if a boat that has been
-    /// steered undisturbed for `steered_s` cannot be expected to keep it.
+    /// How far `boat` is from the distance to keep, m, negative within it; none if a boat that has
+    /// been steered undisturbed for `steered_s` cannot be expected to keep it.
     pub(super) fn clearance(&self, t_s: f64, boat: &Vector2<f64>, steered_s: f64) -> Option<f64> {
         let is_heard = self.heard_s.is_some_and(|heard_s| t_s - heard_s < HEARD_S);
         let may_be_expected = is_heard && NEEDED_S < steered_s;

@@ -272,8 +272,8 @@ impl Bridge {
         self.log.mission = Some(link);
     }
 
-    /// The origin of a new mission: the wire's, or one for which it waits; `None` if positions do not
-    /// agree in time.
+    /// The origin of a new mission: the wire's, or one for which it waits; `None` if positions do
+    /// not agree in time.
     async fn origin(&mut self) -> Option<Origin> {
         if let Some(datum) = self.autopilot.datum() {
             return Some(datum);

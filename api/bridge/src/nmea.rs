@@ -1,7 +1,8 @@
 //! NMEA 0183: measurements from navigation sensors, references to autopilots.
 //!
-//! [`NmeaReader`] reads GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW, VBW and AIS (VDM, VDO) of any talker
-//! as [`Measurement`]s and counts the rest. [`heading_and_speed_sentences`] writes references.
+//! [`NmeaReader`] reads GGA, GLL, RMC, VTG, HDT, THS, ROT, VHW, VBW and AIS (VDM, VDO) of any
+//! talker as [`Measurement`]s and counts the rest. [`heading_and_speed_sentences`] writes
+//! references.
 //!
 //! The sentences are parsed here: the crate `nmea-parser` 0.10 lacks THS and ROT, accepts a missing
 //! checksum and "nan", ignores units and modes, and panics at text that is not ASCII.

@@ -93,9 +93,9 @@ impl OutputLimiter {
         now_s - arrived_s <= PLAN_AGE_MAX_S
     }
 
-    /// `asked`, the first of the references of the next seconds after `now_s`, s, unless their way leads
-    /// into the distance to keep from one of `others`: then the last safe one, or a stop, if it keeps
-    /// farther away.
+    /// `asked`, the first of the references of the next seconds after `now_s`, s, unless their way
+    /// leads into the distance to keep from one of `others`: then the last safe one, or a stop, if
+    /// it keeps farther away.
     pub(crate) fn clear_of(
         &mut self,
         now_s: f64,

@@ -22,7 +22,8 @@ const RANGE_M: f64 = 10_000.0;
 const MADE_FAST_MAX: f64 = 3.0 * 1852.0 / 3600.0;
 /// Speed from which a course shows the heading, m/s.
 const COURSE_MIN: f64 = 1.0;
-/// Coast stations, by the countries in their MMSI (ITU-R M.585). An autopilot passes them on as vessels.
+/// Coast stations, by the countries in their MMSI (ITU-R M.585). An autopilot passes them on as
+/// vessels.
 const COAST_STATIONS: RangeInclusive<u32> = 2_010_000..=7_759_999;
 
 /// The vessels that were heard. Times are s of the bridge's clock.
@@ -198,8 +199,8 @@ mod tests {
             (vessel.id.0.as_str(), vessel.called(), vessel.length_m),
             ("244123456", "EXAMPLE", Some(120.0))
         );
-        // The bow is 100 m east of the antenna, the stern 20 m west: the middle is 40 m east; port is
-        // north by 15 m, starboard south by 5 m: 5 m north.
+        // The bow is 100 m east of the antenna, the stern 20 m west: the middle is 40 m east; port
+        // is north by 15 m, starboard south by 5 m: 5 m north.
         let [north, east] = place(&vessel);
         assert!((north - 505.0).abs() < 0.1 && (east - 40.0).abs() < 0.1, "{north} m, {east} m");
         // Without a heading, a course shows it under way only.

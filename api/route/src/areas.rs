@@ -17,8 +17,8 @@ pub struct Area {
     pub rings: Vec<Vec<RoutePoint>>,
 }
 
-/// The polygons of a GeoJSON file. Fails with the first place that is none: what is left out is not kept
-/// clear of.
+/// The polygons of a GeoJSON file. Fails with the first place that is none: what is left out is not
+/// kept clear of.
 pub fn areas(bytes: &[u8]) -> Result<Vec<Area>, Unread> {
     let text = text_of(bytes)?;
     let areas = polygons(&text, Progress::new(&|| false));

@@ -17,8 +17,8 @@ use super::failure::{Failure, because_of};
 /// Areas to keep out of.
 #[derive(Debug, Args)]
 pub(crate) struct DeclaredAreas {
-    /// Areas to keep out of: the polygons of a GeoJSON file (docs/no-go.md), added to those that are
-    /// there. May be repeated.
+    /// Areas to keep out of: the polygons of a GeoJSON file (docs/no-go.md), added to those that
+    /// are there. May be repeated.
     #[arg(long, value_name = "FILE")]
     no_go: Vec<PathBuf>,
 }
@@ -37,7 +37,8 @@ impl DeclaredAreas {
         Ok(areas)
     }
 
-    /// Adds the areas to `body`, a snapshot or the live part of a mission. The planner reports other bodies.
+    /// Adds the areas to `body`, a snapshot or the live part of a mission. The planner reports
+    /// other bodies.
     pub(crate) fn put_into(&self, body: &mut Value) -> Result<(), Failure> {
         let ring = |ring: &Vec<RoutePoint>| json!(ring.iter().map(|point| point.place).collect::<Vec<_>>());
         let areas = self.read()?;

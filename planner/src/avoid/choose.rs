@@ -22,8 +22,8 @@ const TURNS: [f64; 8] = [0.26, 0.52, 0.79, 1.05, 1.57, 2.09, 2.62, PI];
 /// Times for which a manoeuvre is held, as shares of the time until the last vessel is past.
 const HOLDS: [f64; 5] = [0.35, 0.6, 0.85, 1.1, 1.4];
 
-/// Turns, rad, and times, s, by which the present manoeuvre is changed: vessels then pass on the sides
-/// that they had.
+/// Turns, rad, and times, s, by which the present manoeuvre is changed: vessels then pass on the
+/// sides that they had.
 const NEAR_TURNS: [f64; 7] = [0.0, 0.17, -0.17, 0.35, -0.35, 0.7, -0.7];
 const NEAR_HOLDS: [f64; 3] = [-40.0, 0.0, 40.0];
 

@@ -189,8 +189,8 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time`, along the vessel's course of the time `of` and to starboard of it, m; of a
-    /// vessel without a course, in the scene's axes.
+    /// `craft` at `time`, along the vessel's course of the time `of` and to starboard of it, m; of
+    /// a vessel without a course, in the scene's axes.
     fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
         match self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY) {

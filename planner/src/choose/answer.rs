@@ -204,8 +204,8 @@ pub struct PlannedTarget {
     /// least 10 s apart. The next request needs it in `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<[f64; 6]>,
-    /// What the reports of a vehicle leave possible, if some are ranges. The next request needs it in
-    /// `previous_plan`.
+    /// What the reports of a vehicle leave possible, if some are ranges. The next request needs it
+    /// in `previous_plan`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ranging: Option<Ranging>,
     /// One point for each of the plan's trajectory.
@@ -264,8 +264,8 @@ pub struct TargetEstimate {
     /// Root-mean-square error of the position now, m. Absent without `covariance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
-    /// Two possible places, the likelier first, if the ranges do not tell which is right. The position
-    /// above is then their mean.
+    /// Two possible places, the likelier first, if the ranges do not tell which is right. The
+    /// position above is then their mean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub places: Vec<TargetPlace>,
     /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.

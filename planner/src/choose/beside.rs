@@ -1,13 +1,13 @@
-//! Planner and laws beside each other, without an alarm: each has a craft, of which one is the real one
-//! and the others are simulated. All are compared with where the goal turned out to be.
+//! Planner and laws beside each other, without an alarm: each has a craft, of which one is the real
+//! one and the others are simulated. All are compared with where the goal turned out to be.
 //!
 //! ```text
 //! p_i ← p + q_i(Δ) − q(Δ)                    q: response since the last plan; p: measured
 //! d_i = |p_i(t − w) − p_d(t − w)|            once reports are younger than w
 //! E_i ← max(0, E_i + w (m d² − d_i²)/J)      evidence; J: long mean of the larger square
 //! ```
-//! The difference of two responses moves the simulated crafts, so that waves, water and errors of the
-//! model carry all alike. While a law steers, the program plans for the planner's craft.
+//! The difference of two responses moves the simulated crafts, so that waves, water and errors of
+//! the model carry all alike. While a law steers, the program plans for the planner's craft.
 
 use std::{array, iter};
 
@@ -47,7 +47,8 @@ pub(crate) fn gains(k: usize, horizon: &Horizon<'_>) -> LosGains {
 /// The crafts at the time of `horizon`, and the one that is real from now on.
 pub(crate) fn resumed(horizon: &Horizon<'_>) -> Trial {
     let (snapshot, estimate) = (horizon.snapshot, horizon.snapshot.craft_estimate());
-    // Distances alone are compared: of a goal that is the same for all crafts, without a price of energy.
+    // Distances alone are compared: of a goal that is the same for all crafts, without a price of
+    // energy.
     let is_fair = horizon.forecast.is_mean() && horizon.weights.energy == 0.0 && !estimate.monitor.alarm;
     let first = snapshot.previous_plan.as_ref().and_then(|previous| previous.trajectory.first());
     let before = first.map(|first| (snapshot.t_s - first.t_s, snapshot.asc.position() - first.position()));
@@ -110,8 +111,8 @@ fn compare(trial: &mut Trial, horizon: &Horizon<'_>) {
     }
 }
 
-/// Lets the one of the most evidence steer, if that is enough. Every change doubles the least time to the
-/// next one: where simulated crafts do better than real ones, they do not take turns.
+/// Lets the one of the most evidence steer, if that is enough. Every change doubles the least time
+/// to the next one: where simulated crafts do better than real ones, they do not take turns.
 fn choose(trial: &mut Trial, horizon: &Horizon<'_>) {
     let tuned = &horizon.snapshot.tuned().craft;
     let evidence = |i: &usize| trial.crafts[*i].evidence;
@@ -126,7 +127,8 @@ fn choose(trial: &mut Trial, horizon: &Horizon<'_>) {
     }
 }
 
-/// The same with what every law asks of its craft, and what was asked of the planner's and the real one.
+/// The same with what every law asks of its craft, and what was asked of the planner's and the real
+/// one.
 pub(crate) fn asked(mut trial: Trial, horizon: &Horizon<'_>, planner: Reference, real: Reference) -> Trial {
     let (snapshot, goal) = (horizon.snapshot, horizon.forecast.at(0.0));
     let by_law: [Reference; LAWS] = array::from_fn(|k| {

@@ -8,9 +8,9 @@ use crate::{
     tuned::Tuned,
 };
 
-/// A craft of 1.5 m/s with first-order loops behind an AUV of speed `auv`, m/s, on a straight line or,
-/// with `weave`, rad, on a wave. The client gives its exact state each second, with a rate of turn that
-/// is wrong by `wrong`, rad/s, so that the planner foresees turns that do not come.
+/// A craft of 1.5 m/s with first-order loops behind an AUV of speed `auv`, m/s, on a straight line
+/// or, with `weave`, rad, on a wave. The client gives its exact state each second, with a rate of
+/// turn that is wrong by `wrong`, rad/s, so that the planner foresees turns that do not come.
 struct Flight {
     auv: f64,
     weave: f64,

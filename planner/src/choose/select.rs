@@ -231,7 +231,8 @@ fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
     steered(best, horizon)
 }
 
-/// Line of sight after a slow turn to either side, if land is so near that the law's may lead into it.
+/// Line of sight after a slow turn to either side, if land is so near that the law's may lead into
+/// it.
 fn turned_slowly(horizon: &Horizon<'_>) -> [Option<Level>; 2] {
     let bow = horizon.snapshot.asc.heading().radians();
     Side::BOTH.map(|side| {

@@ -61,7 +61,8 @@ impl Land {
         };
         let meet = |side: &Side| {
             let (from, to) = (side.from - point, side.to - point);
-            // Half-open, so that a ray through a corner meets one of its two sides, or both or none.
+            // Half-open, so that a ray through a corner meets one of its two sides, or both or
+            // none.
             let is_met = (0.0 < from.y) != (0.0 < to.y) && 0.0 < from.perp(&to) * (to.y - from.y);
             if is_met {
                 match around.iter().position(|polygon| *polygon == side.polygon) {

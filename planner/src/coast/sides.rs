@@ -35,7 +35,8 @@ impl Bounds {
         Self { least: self.least.inf(&other.least), most: self.most.sup(&other.most) }
     }
 
-    /// Distance of two boxes, m; 0 if they touch. No less than that of their contents along an axis.
+    /// Distance of two boxes, m; 0 if they touch. No less than that of their contents along an
+    /// axis.
     pub(crate) fn gap(&self, other: &Self) -> f64 {
         let apart = (self.least - other.most).sup(&(other.least - self.most));
         apart.x.max(0.0).hypot(apart.y.max(0.0))

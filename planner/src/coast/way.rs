@@ -24,7 +24,8 @@ const LEGS_MAX: usize = 3000;
 /// Most stretches of one border that a closed leg adds.
 const STRETCHES_MAX: usize = 8;
 
-/// Distance beyond the first border that closes a leg within which others are looked at, in clearances.
+/// Distance beyond the first border that closes a leg within which others are looked at, in
+/// clearances.
 const BEHIND: f64 = 5.0;
 
 /// Share of the clearance that is asked of nodes and legs: rounding must not close what just fits.
@@ -110,8 +111,9 @@ impl Search<'_> {
         way.map_or(0.0, |way| length(way) - (to - from).norm())
     }
 
-    /// Corners of the shortest way found from `from` to `to`, with both; none if there is none. Among
-    /// so many borders that the search gives up, the way to the nearest corner to `to` that it found.
+    /// Corners of the shortest way found from `from` to `to`, with both; none if there is none.
+    /// Among so many borders that the search gives up, the way to the nearest corner to `to` that
+    /// it found.
     ///
     /// A* on legs that are looked at when it is their turn, with nodes that come while it runs.
     pub(crate) fn way(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<Vec<Vector2<f64>>> {
@@ -320,9 +322,10 @@ fn around(ring: &[Vector2<f64>], k: usize) -> [Vector2<f64>; 3] {
     [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]]
 }
 
-/// The nodes at a convex corner of a ring, at `clearance`, m: the same whatever leg it is in the way
-/// of. The corners of a round cape share them, as many as the sides of one polygon round it that is
-/// nowhere farther off than half the clearance: it is passed in a few legs. At most `most` share one.
+/// The nodes at a convex corner of a ring, at `clearance`, m: the same whatever leg it is in the
+/// way of. The corners of a round cape share them, as many as the sides of one polygon round it
+/// that is nowhere farther off than half the clearance: it is passed in a few legs. At most `most`
+/// share one.
 fn nodes_at(ring: &[Vector2<f64>], k: usize, clearance: f64, most: usize) -> Vec<Vector2<f64>> {
     let n = ring.len();
     let side = |k: usize| (ring[k % n], ring[(k + 1) % n] - ring[k % n]);

@@ -107,11 +107,12 @@ const PACES_MAX: f64 = 3.0;
 /// the path.
 const TELLING: usize = 3;
 
-/// Number of newest states that are compared with a repeated track, which older ones made, and with each
-/// other.
+/// Number of newest states that are compared with a repeated track, which older ones made, and with
+/// each other.
 const TELLING_STATES: usize = 12;
 
-/// Number that is compared with a declared path: a minute, after which a vehicle that came to its path is on it.
+/// Number that is compared with a declared path: a minute, after which a vehicle that came to its
+/// path is on it.
 const TELLING_BESIDE_PATH: usize = 6;
 
 /// Estimates AUVs at one moment.
@@ -148,9 +149,9 @@ impl Estimate {
 }
 
 impl<'a> Estimator<'a> {
-    /// Estimates `auv`. A state without a rate of turn takes it from the previous plan. Given its track
-    /// `before`, an AUV without a path or a dive may get them from its track and depths. What one given
-    /// as a state repeats shows in its past states.
+    /// Estimates `auv`. A state without a rate of turn takes it from the previous plan. Given its
+    /// track `before`, an AUV without a path or a dive may get them from its track and depths. What
+    /// one given as a state repeats shows in its past states.
     pub(crate) fn estimate(&self, auv: &Auv, path: Option<&KnownPath>, before: Before<'_>) -> Estimate {
         let path = path.filter(|_| !(self.due)());
         if let Some(state) = &auv.state {
@@ -442,8 +443,8 @@ impl<'a> Estimator<'a> {
     }
 }
 
-/// Deficit of log-likelihood at which a track is given up: of two refused fixes. With 15, a vehicle on
-/// random way-points is 6.2 instead of 5.8 m off after a minute.
+/// Deficit of log-likelihood at which a track is given up: of two refused fixes. With 15, a vehicle
+/// on random way-points is 6.2 instead of 5.8 m off after a minute.
 const HOPELESS: f64 = 25.0;
 
 /// The likelier of `best` and the track through the same `reports` on an `assumed` path; the first

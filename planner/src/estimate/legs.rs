@@ -105,8 +105,8 @@ const TURN: f64 = std::f64::consts::FRAC_PI_4;
 /// ```text
 /// ℓ = (ℓ₀ + Σ lᵢ) / (1 + Σ (1 − cos θᵢ))
 /// ```
-/// Turns by θ take a share 1 − cos θ of the mean of its direction; the legs between them are l long.
-/// ℓ₀ holds before any was seen.
+/// Turns by θ take a share 1 − cos θ of the mean of its direction; the legs between them are l
+/// long. ℓ₀ holds before any was seen.
 pub(crate) fn forgetting_length(track: &[TrackPoint], tuned: &EstimateNumbers) -> f64 {
     let legs = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
     let legs: Vec<_> = legs.filter(|leg| 0.0 < leg.norm()).collect();
@@ -210,7 +210,8 @@ mod tests {
         track
     }
 
-    /// Four lanes of 100 m, 20 m apart: six right angles on 460 m. A bad fix bends the first by 10°.
+    /// Four lanes of 100 m, 20 m apart: six right angles on 460 m. A bad fix bends the first by
+    /// 10°.
     const LANES: &[[f64; 2]] = &[
         [0.0, 0.0],
         [50.0, 4.0],

@@ -236,8 +236,8 @@ impl PathFit {
         point.position + self.offset() + starboard(point.tangent) * self.error()
     }
 
-    /// The fit of the same vehicle known to be at `position` (north, east), m. The path moves there:
-    /// how much of the distance is its tracking error is unknown.
+    /// The fit of the same vehicle known to be at `position` (north, east), m. The path moves
+    /// there: how much of the distance is its tracking error is unknown.
     #[must_use]
     pub(crate) fn moved_to(mut self, position: &Vector2<f64>, known: &KnownPath) -> Self {
         let tangent = known.path.at(self.state.x).tangent;
@@ -374,8 +374,8 @@ impl PathFit {
         self.covariance = f * self.covariance * f.transpose() + q;
     }
 
-    /// Predicts the state by `t` seconds in steps. Returns the turned angle, rad, and the turn to starboard,
-    /// faded as the cross-track error fades.
+    /// Predicts the state by `t` seconds in steps. Returns the turned angle, rad, and the turn to
+    /// starboard, faded as the cross-track error fades.
     fn carry_round(&mut self, t: f64, assumed: &PathHypothesis<'_>) -> (f64, f64) {
         let steps = (t / STEP_MAX).ceil().min(STEPS_MAX);
         let step = if steps > 0.0 { t / steps } else { 0.0 };

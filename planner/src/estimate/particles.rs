@@ -5,17 +5,17 @@
 //! w⁺ = w L(z | p⁺) N(p⁺; p + f v̂, S I) / π    S = f² V + q_p
 //! v̂⁺ = e v̂ + (C/S)(p⁺ − p − f v̂)           V⁺ = e² V + q_v − C²/S    C = f e V + q_c
 //! ```
-//! A particle has a position and one of the two motions of the interacting filter; its velocity is a
-//! Gaussian, whose variance V is the same along both axes (Rao and Blackwell). f, e and q are the
+//! A particle has a position and one of the two motions of the interacting filter; its velocity is
+//! a Gaussian, whose variance V is the same along both axes (Rao and Blackwell). f, e and q are the
 //! moments of its motion. π draws most positions from the ring of the range, in polar coordinates
 //! about the craft, and the others from the motion alone: a range that went a longer way leaves
 //! enough particles. Gaussians instead of particles die too early where a ring bends: of Gaussians
 //! that are updated one by one a fifth of the sure ones were on the wrong side.
 //!
-//! The noise is a fixed sequence, told along and across the line of sight: equal requests have equal
-//! answers, and turned ones turned answers but for the sampling.
-//! Sources: A. Doucet, S. Godsill, C. Andrieu, "On sequential Monte Carlo sampling methods for
-//! Bayesian filtering", 2000, doi:10.1023/A:1008935410038; N. Gordon, D. Salmond, A. Smith, 1993.
+//! The noise is a fixed sequence, told along and across the line of sight: equal requests have
+//! equal answers, and turned ones turned answers but for the sampling. Sources: A. Doucet, S.
+//! Godsill, C. Andrieu, "On sequential Monte Carlo sampling methods for Bayesian filtering", 2000,
+//! doi:10.1023/A:1008935410038; N. Gordon, D. Salmond, A. Smith, 1993.
 
 use std::f64::consts::{PI, TAU};
 
@@ -23,11 +23,12 @@ use nalgebra::{Matrix4, Vector2, Vector4};
 
 use crate::{estimate::motion_model::MotionModel, tuned::EstimateNumbers};
 
-/// Share of the particles that begin on the ring of the first range; the others begin within it, as it
-/// may have gone a longer way.
+/// Share of the particles that begin on the ring of the first range; the others begin within it, as
+/// it may have gone a longer way.
 const ON_RING: f64 = 0.7;
 
-/// Share of particles that move without a look at the range, where it is as expected and where it is not.
+/// Share of particles that move without a look at the range, where it is as expected and where it
+/// is not.
 const UNGUIDED: [f64; 2] = [0.1, 0.9];
 
 /// Square of the normalised innovation from which on a range is not as expected.
@@ -91,8 +92,8 @@ pub(crate) struct Cloud {
 }
 
 impl Cloud {
-    /// The vehicles that `sights`, at least one, in order of time, leave possible. Once `due`, few are
-    /// followed.
+    /// The vehicles that `sights`, at least one, in order of time, leave possible. Once `due`, few
+    /// are followed.
     pub(crate) fn new(
         sights: &[Sight],
         normals: &Normals,
@@ -288,7 +289,8 @@ struct Ahead {
 }
 
 impl Ahead {
-    /// Updates with a telemetered velocity, unless it is outside the gate, and returns its likelihood.
+    /// Updates with a telemetered velocity, unless it is outside the gate, and returns its
+    /// likelihood.
     fn take_velocity(&mut self, (said, variance): (Vector2<f64>, f64), tuned: &EstimateNumbers) -> f64 {
         let off = said - self.velocity;
         let sum = self.variance + variance;
@@ -369,8 +371,8 @@ impl Ahead {
     }
 }
 
-/// Likelihood of a range that is longer by `late`, m, than the vehicle is far, and the probability that
-/// it went a longer way.
+/// Likelihood of a range that is longer by `late`, m, than the vehicle is far, and the probability
+/// that it went a longer way.
 fn likelihood(late: f64, sigma: f64, tuned: &EstimateNumbers) -> (f64, f64) {
     let share = tuned.multipath_share;
     let direct = (1.0 - share) * gaussian(late, sigma * sigma);
@@ -407,8 +409,8 @@ impl Noise {
         Self((measurement << 40) | (particle << 4))
     }
 
-    /// A number above 0 and below 1, of even distribution. Source: G. Steele, D. Lea, C. Flood, "Fast
-    /// splittable pseudorandom number generators", 2014, doi:10.1145/2714064.2660195.
+    /// A number above 0 and below 1, of even distribution. Source: G. Steele, D. Lea, C. Flood,
+    /// "Fast splittable pseudorandom number generators", 2014, doi:10.1145/2714064.2660195.
     fn unit(&mut self) -> f64 {
         (self.bits() as f64 + 0.5) / (1_u64 << 52) as f64
     }
@@ -423,7 +425,8 @@ impl Noise {
     }
 }
 
-/// Pairs of independent numbers of standard normal distribution: a table is faster than their formula.
+/// Pairs of independent numbers of standard normal distribution: a table is faster than their
+/// formula.
 pub(crate) struct Normals(Vec<[f64; 2]>);
 
 /// A power of two.

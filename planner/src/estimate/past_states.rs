@@ -40,8 +40,8 @@ pub(crate) fn past_state(state: &AuvState, now: f64, tuned: &EstimateNumbers) ->
     ]
 }
 
-/// The newest of the `remembered` states from before the time `until`, s; none if they are no list of
-/// states in order of time.
+/// The newest of the `remembered` states from before the time `until`, s; none if they are no list
+/// of states in order of time.
 pub(crate) fn before(remembered: &[PastState], until: f64) -> &[PastState] {
     let newest = &remembered[remembered.len().saturating_sub(PAST_STATES_MAX)..];
     let is_state = |[time, north, east, sigma, velocity @ ..]: &PastState| {
@@ -65,8 +65,8 @@ pub(crate) fn kept(past: &[PastState], newest: PastState) -> Vec<PastState> {
     kept.skip((past.len() + usize::from(is_apart)).saturating_sub(PAST_STATES_MAX)).collect()
 }
 
-/// `true` if a vehicle cannot have come from its `last` state to its `newest` one, even at twice the
-/// speed of either.
+/// `true` if a vehicle cannot have come from its `last` state to its `newest` one, even at twice
+/// the speed of either.
 pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
     let [from, to] = [last, newest].map(as_report);
     let speed =

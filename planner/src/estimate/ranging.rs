@@ -34,8 +34,8 @@ const REFUSED: f64 = 0.5;
 /// Number of newest reports by which they are known again.
 const KNOWN_BY: usize = 8;
 
-/// Most reports that are added to an estimate before all are filtered together again: accuracies are
-/// doubted, and what was lost is found, by all alone.
+/// Most reports that are added to an estimate before all are filtered together again: accuracies
+/// are doubted, and what was lost is found, by all alone.
 const ADDED_MAX: f64 = 32.0;
 
 /// Two places at one of which a vehicle is.
@@ -60,8 +60,8 @@ pub(crate) struct Ranged {
 }
 
 impl Ranged {
-    /// Estimates from `reports`, at least one, in order of time. What the previous plan knew of the older
-    /// ones is carried on, if it fits.
+    /// Estimates from `reports`, at least one, in order of time. What the previous plan knew of the
+    /// older ones is carried on, if it fits.
     pub(crate) fn new(
         reports: &[(usize, Report)],
         before: Option<&Ranging>,
@@ -183,8 +183,8 @@ fn fingerprint(reports: &[(usize, Report)]) -> f64 {
     (numbers.fold(0, mixed) >> 12) as f64
 }
 
-/// The direction along which the positions fall apart, if they do, and where: the split across their
-/// longest axis that leaves the least variance within.
+/// The direction along which the positions fall apart, if they do, and where: the split across
+/// their longest axis that leaves the least variance within.
 fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> {
     let (mean, covariance) = cloud.moments();
     let axis = direction(0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22));
@@ -207,8 +207,8 @@ fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> 
     (is_apart && PROBABILITY_MIN <= share.min(1.0 - share)).then(|| (axis, mean.xy().dot(&axis) + at))
 }
 
-/// The likeliest inflation of `claimed` accuracies, m, if it is much likelier than none, and what is
-/// then possible.
+/// The likeliest inflation of `claimed` accuracies, m, if it is much likelier than none, and what
+/// is then possible.
 ///
 /// Refused ranges would not show it: a vehicle that turns all the time explains any of them.
 fn consistent(claimed: &[Sight], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> (f64, Cloud) {

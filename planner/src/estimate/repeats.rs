@@ -96,8 +96,8 @@ pub(crate) struct PastTrack<'a> {
 
 impl<'a> PastTrack<'a> {
     /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
-    /// `remembered` track of an earlier answer, for a `scatter` about its legs in standard deviations
-    /// of a fix.
+    /// `remembered` track of an earlier answer, for a `scatter` about its legs in standard
+    /// deviations of a fix.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
@@ -228,9 +228,9 @@ impl<'a> PastTrack<'a> {
         Some((mean_square, repeats))
     }
 
-    /// Probability that a pattern goes on which explains its last `times` repetitions, of a track that
-    /// is `long` in such repetitions: Laplace's rule of succession. What it does not explain are turns
-    /// that another such pattern mispredicted, but for one repetition in which it began.
+    /// Probability that a pattern goes on which explains its last `times` repetitions, of a track
+    /// that is `long` in such repetitions: Laplace's rule of succession. What it does not explain
+    /// are turns that another such pattern mispredicted, but for one repetition in which it began.
     fn trust(&self, times: f64, long: f64) -> f64 {
         let (kept, broken) = (times - 1.0, (long - times - 1.0).max(0.0));
         let [kept, broken] = [kept + 1.0, broken + self.tuned.pattern_ends];
@@ -306,7 +306,8 @@ impl<'a> PastTrack<'a> {
         best
     }
 
-    /// The track to its last corner, continued by the pattern; and the mean squared distance of the fixes.
+    /// The track to its last corner, continued by the pattern; and the mean squared distance of the
+    /// fixes.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();

@@ -43,8 +43,8 @@ struct Sums {
     zz: f64,
 }
 
-/// The turn of the fixes in a window, or their straight line: rate of turn, position, velocity, and the
-/// sum of squared normalised residuals.
+/// The turn of the fixes in a window, or their straight line: rate of turn, position, velocity, and
+/// the sum of squared normalised residuals.
 type Fitted = (f64, (Complex<f64>, Complex<f64>, f64));
 
 impl Sums {
@@ -71,8 +71,8 @@ impl Sums {
 }
 
 impl SteadyTurn {
-    /// The `state` of the same vehicle in this turn. Its place is filtered from the newest fixes, its
-    /// course would lag behind.
+    /// The `state` of the same vehicle in this turn. Its place is filtered from the newest fixes,
+    /// its course would lag behind.
     pub(crate) fn of(&self, state: &AuvState) -> AuvState {
         AuvState {
             course_rad: Course::of(&self.velocity).radians(),
@@ -87,8 +87,8 @@ impl SteadyTurn {
         self.velocity.norm() * self.lasted
     }
 
-    /// The longest steady turn to the newest of the `fixes`, if a straight line fits them far worse.
-    /// `None` if that one has a course, which tells more.
+    /// The longest steady turn to the newest of the `fixes`, if a straight line fits them far
+    /// worse. `None` if that one has a course, which tells more.
     ///
     /// ```text
     /// z(t) = p + v b(t)     b = (exp(i ω t) − 1) / (i ω)

@@ -85,8 +85,8 @@ fn random_walk() -> Vec<Vector2<f64>> {
     (0..30).map(step).collect()
 }
 
-/// Root-mean-square error of forecasts a minute ahead, m; share of them inside the 80 % ellipse; share
-/// along a route. The vehicle declares its way-points alone, or nothing.
+/// Root-mean-square error of forecasts a minute ahead, m; share of them inside the 80 % ellipse;
+/// share along a route. The vehicle declares its way-points alone, or nothing.
 fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) -> [f64; 3] {
     let positions = vehicle.positions(points);
     let waypoints = Segment::Waypoints {

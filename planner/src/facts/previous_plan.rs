@@ -111,8 +111,8 @@ pub struct PreviousTarget {
 /// A row of [`Ranging::gaussians`].
 pub(crate) type GaussianRow = [f64; 23];
 
-/// What reports of which some are ranges leave possible. If it does not fit the reports, or its numbers
-/// are none of such an estimate, all reports are filtered anew.
+/// What reports of which some are ranges leave possible. If it does not fit the reports, or its
+/// numbers are none of such an estimate, all reports are filtered anew.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Ranging {
     /// Time of the newest report in it, s.
@@ -125,9 +125,9 @@ pub struct Ranging {
     pub inflation_m: f64,
     /// Times of the refused reports, s, at most 64.
     pub refused: Vec<f64>,
-    /// Gaussians, at most 4: weight; 1 at the second of two places; 1 in a turn; mean of position north
-    /// and east of the datum, m, depth, m, and velocity north and east, m/s; the lower triangle of a factor
-    /// L of their covariance L Lᵀ, row by row.
+    /// Gaussians, at most 4: weight; 1 at the second of two places; 1 in a turn; mean of position
+    /// north and east of the datum, m, depth, m, and velocity north and east, m/s; the lower
+    /// triangle of a factor L of their covariance L Lᵀ, row by row.
     #[schema(value_type = Vec<Vec<f64>>)]
     pub gaussians: Vec<GaussianRow>,
 }

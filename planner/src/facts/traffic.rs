@@ -48,8 +48,9 @@ pub struct Vessel {
     pub length_m: Option<f64>,
     /// Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10.
     pub sigma_m: Option<f64>,
-    /// Where it will be, if that is known: time, s, position north and east of the datum, m, in order of
-    /// time, at most 32. It keeps to this and gives no way; its course and speed are those of now.
+    /// Where it will be, if that is known: time, s, position north and east of the datum, m, in
+    /// order of time, at most 32. It keeps to this and gives no way; its course and speed are those
+    /// of now.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub plan: Vec<[f64; 3]>,
     /// What it does. One that is made fast stays where it is, however old its position. Default:
@@ -203,7 +204,8 @@ pub struct Avoidance {
     pub encounters: Vec<Encounter>,
     /// What the craft does; absent while it can go straight for its goal.
     pub manoeuvre: Option<Manoeuvre>,
-    /// Velocities of the vessels that may come near; the next request needs them in `previous_plan`.
+    /// Velocities of the vessels that may come near; the next request needs them in
+    /// `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vessels: Vec<PastVessel>,
     /// The same in one sentence.

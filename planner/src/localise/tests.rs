@@ -32,7 +32,8 @@ fn goal(members: &Value) -> Localise {
     serde_json::from_value(goal).expect("is a goal")
 }
 
-/// A craft at the datum that localises these AUVs, `auv-0` and so on, each with a variance of 25 m².
+/// A craft at the datum that localises these AUVs, `auv-0` and so on, each with a variance of 25
+/// m².
 fn request(states: &[AuvState]) -> PlanRequest {
     let ids: Vec<_> = (0..states.len()).map(|i| format!("auv-{i}")).collect();
     let localise = goal(&json!({
@@ -138,7 +139,8 @@ fn frequent_measurements_count_as_one_of_less_noise() {
         localise(&mut request).interval_s = interval;
         figure(&request).vehicles[0].sigma_m
     });
-    // The stationary variance of fixes is about √(q σ² Δt); ranges also need time to look from elsewhere.
+    // The stationary variance of fixes is about √(q σ² Δt); ranges also need time to look from
+    // elsewhere.
     let ratio = rarely / often;
     assert!((1.3..10.0_f64.powf(0.25)).contains(&ratio), "{ratio}");
 }
@@ -210,7 +212,8 @@ fn a_mirrored_request_has_the_mirrored_figure() {
         let found = figure(&request);
         assert_eq!(found.kind, expected.kind, "seed {seed}");
         for (found, expected) in found.vehicles.iter().zip(&expected.vehicles) {
-            // A zigzag abeam reverses on one line, where rounding decides to which side the craft turns.
+            // A zigzag abeam reverses on one line, where rounding decides to which side the craft
+            // turns.
             assert!((found.sigma_m - expected.sigma_m).abs() < 1e-3 * expected.sigma_m, "seed {seed}");
         }
         mirrored_once += usize::from(found.rate_radps * expected.rate_radps < 0.0);

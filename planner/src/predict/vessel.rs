@@ -61,7 +61,8 @@ pub(crate) struct VesselForecast {
     pub(crate) count: f64,
     /// Distance to keep from a position without error, m.
     separation: f64,
-    /// Standard deviation of the reported position, m, of its velocity, m/s, and the position's age, s.
+    /// Standard deviation of the reported position, m, of its velocity, m/s, and the position's
+    /// age, s.
     sigma: f64,
     sigma_velocity: f64,
     age: f64,
@@ -154,8 +155,8 @@ impl VesselForecast {
         Some([from, self.plan[to]])
     }
 
-    /// Distance to keep from that position, m: half its length, the distance to keep, and two standard
-    /// deviations, which grow with its age.
+    /// Distance to keep from that position, m: half its length, the distance to keep, and two
+    /// standard deviations, which grow with its age.
     pub(crate) fn radius(&self, ahead: f64) -> f64 {
         self.radius_of(ahead, 1.0)
     }
@@ -167,8 +168,8 @@ impl VesselForecast {
     }
 }
 
-/// The velocity of a vessel, m/s, averaged over its positions of the last `velocity_memory`, and their
-/// number; none if it is not known. A vessel that turns or changes its speed begins anew.
+/// The velocity of a vessel, m/s, averaged over its positions of the last `velocity_memory`, and
+/// their number; none if it is not known. A vessel that turns or changes its speed begins anew.
 fn averaged(
     vessel: &Vessel,
     time: f64,

@@ -61,8 +61,8 @@ impl Program {
         }
     }
 
-    /// The craft stays on its side of the half-planes beside no-go areas: nᵀ (p − c) ≥ margin +
-    /// Δt² r_max u_max / 8 − ξ at both ends of every interval. They share the discs' rows and slack.
+    /// The craft stays on its side of the half-planes beside no-go areas: nᵀ (p − c) ≥ margin + Δt²
+    /// r_max u_max / 8 − ξ at both ends of every interval. They share the discs' rows and slack.
     pub(crate) fn shores(&mut self, subproblem: &Subproblem<'_>) {
         for (o, shore) in subproblem.shores.iter().enumerate() {
             let o = subproblem.discs.len() + o;

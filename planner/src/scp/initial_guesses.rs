@@ -35,8 +35,9 @@ const GUESSES_MAX: usize = 4;
 impl Horizon<'_> {
     /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
-    /// In order: the way round no-go areas, both sides of a wall, both sides of a turn or circle, line of sight, straight to
-    /// the goal's end; each that crosses a disc becomes two that pass it. At most [`GUESSES_MAX`].
+    /// In order: the way round no-go areas, both sides of a wall, both sides of a turn or circle,
+    /// line of sight, straight to the goal's end; each that crosses a disc becomes two that pass
+    /// it. At most [`GUESSES_MAX`].
     pub(crate) fn guesses_without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.constraints.discs;
         let direct = self.direct();
@@ -124,8 +125,8 @@ impl Horizon<'_> {
         self.forecast.is_by_way() && self.land_near().is_some_and(near)
     }
 
-    /// At least speed until the bow is where the goal moves, with the turn to that side, then by line of
-    /// sight: the first reference, and the trajectory.
+    /// At least speed until the bow is where the goal moves, with the turn to that side, then by
+    /// line of sight: the first reference, and the trajectory.
     pub(crate) fn turning_slowly(&self, side: Side) -> (Reference, Rollout) {
         let (speed_min, first) = (self.snapshot.limits().speed_min, Cell::new(None));
         let rollout = self.rolled(|_, target, asc, los| {

@@ -73,8 +73,8 @@ impl Scp<'_> {
     /// The best result from the previous plan's trajectory and, if needed, from new guesses.
     ///
     /// New guesses are needed without a previous plan, if its trajectory is worse than line of
-    /// sight or leads into a no-go area, and while the iterations still turn: if the goal changes, two iterations cannot leave
-    /// a cone that points elsewhere.
+    /// sight or leads into a no-go area, and while the iterations still turn: if the goal changes,
+    /// two iterations cannot leave a cone that points elsewhere.
     pub(crate) fn run(&mut self, los: &Rollout, los_cost: f64) -> ScpResult {
         let horizon = self.horizon;
         let Some(previous) = &horizon.previous else {

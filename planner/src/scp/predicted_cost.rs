@@ -46,8 +46,9 @@ const NOTICEABLE: f64 = 1e-3;
 /// Worst noticeable violation of each of several soft limits.
 pub(crate) type Violations<const N: usize> = [Option<Violation>; N];
 
-/// Distance from a no-go area that costs as much as to be in it, m: the rest of the program's margin is
-/// for a rollout's error. Otherwise a previous plan that cuts a corner ever closer would cost least.
+/// Distance from a no-go area that costs as much as to be in it, m: the rest of the program's
+/// margin is for a rollout's error. Otherwise a previous plan that cuts a corner ever closer would
+/// cost least.
 const SHORE_KEPT: f64 = 0.3;
 
 /// Violation of a limit of position, m, and its subject.
@@ -187,7 +188,8 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
     }
 }
 
-/// How much nearer than [`SHORE_KEPT`] the line through `places` from `from` comes to a no-go area, m.
+/// How much nearer than [`SHORE_KEPT`] the line through `places` from `from` comes to a no-go area,
+/// m.
 fn shore_excess(horizon: &Horizon<'_>, mut from: Vector2<f64>, places: &[Waypoint]) -> f64 {
     let Some(land) = horizon.land_near() else { return 0.0 };
     let excess = |place: &Waypoint| {

@@ -66,7 +66,8 @@ pub struct PlanRequest {
     /// Discs to keep out of, at most 32. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
-    /// Polygons to keep out of, such as land, at most 256 with 10 000 corners in all. Default: none.
+    /// Polygons to keep out of, such as land, at most 256 with 10 000 corners in all. Default:
+    /// none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub no_go: Vec<NoGo>,
     /// Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either
@@ -84,8 +85,8 @@ pub struct PlanRequest {
     /// Other vessels, at most 64, from AIS, radar or whatever tells of them. Default: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traffic: Vec<Vessel>,
-    /// Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length and
-    /// a margin. Half the vessel's length and its uncertainty add to it. Default: 30.
+    /// Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length
+    /// and a margin. Half the vessel's length and its uncertainty add to it. Default: 30.
     #[schema(example = 50.0)]
     pub vessel_separation_m: Option<f64>,
     /// Tuning of the planner: weights, horizon, iterations. Default: as in each member.

@@ -77,8 +77,8 @@ numbers! {
         /// Spread of the positions from which on there are most particles, m.
         particles_spread = 40.0,
         /// Largest bend of a ring within the spread of the positions, in standard deviations of a
-        /// range, at which a new range is added to what is known instead of filtering all anew: with
-        /// 1, twice as many are added, and 3 of 83 sure estimates were lost instead of 1.
+        /// range, at which a new range is added to what is known instead of filtering all anew:
+        /// with 1, twice as many are added, and 3 of 83 sure estimates were lost instead of 1.
         bend_max = 0.3,
         /// Largest share of the variance that is left within two places that are told apart: 0.36
         /// for the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.

@@ -171,8 +171,8 @@ impl Fleet {
         fleet
     }
 
-    /// The detours from the craft, `here`, to all candidates, then between these, which are `at` their
-    /// present places; the first [`WAYS_MAX`] of them.
+    /// The detours from the craft, `here`, to all candidates, then between these, which are `at`
+    /// their present places; the first [`WAYS_MAX`] of them.
     fn find_detours(
         &mut self,
         here: Vector2<f64>,

@@ -171,8 +171,8 @@ impl Craft {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
-    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point, and
-    /// sails a detour.
+    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point,
+    /// and sails a detour.
     pub(crate) fn arrive(
         &self,
         track: &SampledTrack,

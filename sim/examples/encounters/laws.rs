@@ -22,8 +22,9 @@ const ABAFT_THE_BEAM: f64 = 0.625 * PI;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Law {
     Planner,
-    /// The velocity nearest to the wanted one that meets no vessel within a time, s, and leaves those
-    /// from ahead and from starboard to port. Share of the distance by which it passes farther off.
+    /// The velocity nearest to the wanted one that meets no vessel within a time, s, and leaves
+    /// those from ahead and from starboard to port. Share of the distance by which it passes
+    /// farther off.
     VelocityObstacle {
         ahead: f64,
         margin: f64,

@@ -7,10 +7,11 @@
 //! cargo run --release -p pilotfish-sim --example encounters -- --seeds 1-500 --law velocity_obstacle:120:0.3
 //! ```
 //! Rows of a table in Markdown: violations of the distance to keep, those for which a search with
-//! the true future finds a clear way (at 0.8 of the craft's speed), and the deepest; by kind of encounter
-//! the share of passes on the side that the rules ask for, the first action (turn, time before the
-//! closest approach); changes of the planned side; and the distance from the AUV without traffic,
-//! beside the same once the vessels are past. With `--show SEED` the tracks of one encounter as CSV.
+//! the true future finds a clear way (at 0.8 of the craft's speed), and the deepest; by kind of
+//! encounter the share of passes on the side that the rules ask for, the first action (turn, time
+//! before the closest approach); changes of the planned side; and the distance from the AUV without
+//! traffic, beside the same once the vessels are past. With `--show SEED` the tracks of one
+//! encounter as CSV.
 
 mod drawn;
 mod laws;

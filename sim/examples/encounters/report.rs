@@ -15,7 +15,8 @@ pub(crate) struct Outcome {
     /// Least distance beyond the one to keep, m.
     pub(crate) clearance: f64,
     pub(crate) has_way: Option<bool>,
-    /// By vessel: the kind of the encounter, and whether it passed on the side that the rules ask for.
+    /// By vessel: the kind of the encounter, and whether it passed on the side that the rules ask
+    /// for.
     pub(crate) kinds: BTreeMap<usize, EncounterKind>,
     right_side: BTreeMap<usize, bool>,
     /// Turn of the first manoeuvre, rad, and the time until the closest approach, s.
@@ -57,7 +58,8 @@ impl Outcome {
         }
     }
 
-    /// Notes how near the craft at `position` is to the ships at a time, and on which side they pass.
+    /// Notes how near the craft at `position` is to the ships at a time, and on which side they
+    /// pass.
     pub(crate) fn pass(&mut self, drawn: &Drawn, time: f64, position: Vector2<f64>) {
         for (i, ship) in drawn.ships.iter().enumerate() {
             let (place, course) = ship.at(time);
@@ -83,8 +85,8 @@ impl Outcome {
         }
     }
 
-    /// Root of the mean square distance from the AUV, m, once the last vessel is past for minutes; none
-    /// if one is near to the end.
+    /// Root of the mean square distance from the AUV, m, once the last vessel is past for minutes;
+    /// none if one is near to the end.
     fn miss_after(&self) -> Option<f64> {
         let late = self.misses.iter().filter(|(now, _)| self.last_near + 200.0 < *now);
         (self.last_near + 250.0 < DURATION as f64).then(|| rms(late))
@@ -96,7 +98,8 @@ fn rms<'a>(misses: impl Iterator<Item = &'a (f64, f64)>) -> f64 {
     (sum / n).sqrt()
 }
 
-/// Prints a row of the tracks: time, craft, AUV, each ship with its clearance, and what the planner says.
+/// Prints a row of the tracks: time, craft, AUV, each ship with its clearance, and what the planner
+/// says.
 pub(crate) fn shown(drawn: &Drawn, now: f64, position: Vector2<f64>, told: &str) {
     let auv = drawn.auv_at(now);
     print!("{now},{:.1},{:.1},{:.1},{:.1}", position.x, position.y, auv.north_m, auv.east_m);

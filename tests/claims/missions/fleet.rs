@@ -1,7 +1,8 @@
-//! Craft of one service that meet, flown by a toy: each follows an AUV of its own, with an origin of
-//! its own.
+//! Craft of one service that meet, flown by a toy: each follows an AUV of its own, with an origin
+//! of its own.
 //!
-//! More flights, in a table: `FLEETS=101-140 CRAFT=2-6 SILENT=0.3 cargo test -p tests --test claims -- fleet::flights --nocapture`.
+//! More flights, in a table: `FLEETS=101-140 CRAFT=2-6 SILENT=0.3 cargo test -p tests --test claims
+//! -- fleet::flights --nocapture`.
 
 use std::{env, f64::consts::PI, time::Duration};
 
@@ -142,8 +143,8 @@ async fn fly(service: &Service, craft: &mut [Craft]) -> Flown {
     Flown { least, missions, after: after.into_iter().map(rms).collect() }
 }
 
-/// Plans of the mission at which it dodged, changes of the side on which it meant to pass one of the
-/// others, and plans, from ten seconds on, that saw others.
+/// Plans of the mission at which it dodged, changes of the side on which it meant to pass one of
+/// the others, and plans, from ten seconds on, that saw others.
 async fn dodges(service: &Service, mission: &str) -> [usize; 3] {
     let (mut dodged, mut changes, mut saw) = (0, 0, 0);
     let mut sides = std::collections::BTreeMap::new();
@@ -210,8 +211,8 @@ async fn flights() {
     }
 }
 
-/// Whether the later of two missions sees the earlier one's craft, where an operator may see both and,
-/// if there are such, another caller only missions of the craft `named`.
+/// Whether the later of two missions sees the earlier one's craft, where an operator may see both
+/// and, if there are such, another caller only missions of the craft `named`.
 async fn is_seen(named: &[&str]) -> bool {
     let directory = tempfile::tempdir().expect("is made");
     let (path, settings) = (directory.path().join("tokens.json"), simulated_machine());

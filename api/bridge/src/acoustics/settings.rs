@@ -14,8 +14,8 @@ use super::mounting::Mounting;
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     pub(crate) modem: ModemKind,
-    /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`; one with two
-    /// is an error.
+    /// AUVs' names by their addresses. An address without a name becomes `usbl-<address>`; one with
+    /// two is an error.
     #[serde(default, deserialize_with = "one_name_each")]
     pub names: BTreeMap<String, String>,
     /// Mounting of the transducer. Not needed for modems that print positions on Earth.

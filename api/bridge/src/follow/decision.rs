@@ -95,7 +95,8 @@ impl Decision {
         OutputLimiter::may_follow(plan.arrived_s, now).then_some(reference)
     }
 
-    /// `reference` of `now`, s, or another that keeps clear of other vessels near the craft in `state`.
+    /// `reference` of `now`, s, or another that keeps clear of other vessels near the craft in
+    /// `state`.
     pub(super) fn clear_of_vessels(
         &mut self,
         now: f64,

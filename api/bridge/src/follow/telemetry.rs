@@ -65,8 +65,8 @@ impl Fixes {
 }
 
 impl Telemetry {
-    /// Nothing yet from the autopilot's wire, `n_nmea` wires of sensors, and those of `modems`, of a
-    /// craft whose transponder has the MMSI `own`.
+    /// Nothing yet from the autopilot's wire, `n_nmea` wires of sensors, and those of `modems`, of
+    /// a craft whose transponder has the MMSI `own`.
     pub(super) fn new(n_nmea: usize, modems: Vec<Modem>, own: Option<u32>) -> Self {
         Self {
             pieces: vec![0; 1 + n_nmea + modems.len()],

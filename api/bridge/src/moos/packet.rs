@@ -21,8 +21,8 @@ const PACKET_HEAD: usize = 9;
 pub(super) const PACKET_MAX: usize = 1 << 20;
 
 /// Kinds of messages: a new value of the variable `key`; the wish for one; data of the protocol,
-/// such as the client's name; the database's welcome, and its refusal for the reason in `text`; a sign
-/// of life.
+/// such as the client's name; the database's welcome, and its refusal for the reason in `text`; a
+/// sign of life.
 pub(super) const NOTIFY: u8 = b'N';
 pub(super) const REGISTER: u8 = b'R';
 pub(super) const DATA: u8 = b'i';

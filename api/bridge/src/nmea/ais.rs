@@ -1,7 +1,7 @@
 //! Reads AIS messages of vessels: types 1 to 3, 5, 18, 19 and 24 in VDM and VDO sentences.
 //!
-//! The crate `aivdm` reads the bits. Of the others, `ais` 0.12 rounds positions to single precision,
-//! and `nmea-parser` 0.11 keeps parts of messages without bound.
+//! The crate `aivdm` reads the bits. Of the others, `ais` 0.12 rounds positions to single
+//! precision, and `nmea-parser` 0.11 keeps parts of messages without bound.
 
 use std::collections::BTreeMap;
 
@@ -111,8 +111,8 @@ fn fix(
     })
 }
 
-/// What a vessel does, by the number of its navigational status (ITU-R M.1371). One that is constrained
-/// by its draught or in distress does not give way.
+/// What a vessel does, by the number of its navigational status (ITU-R M.1371). One that is
+/// constrained by its draught or in distress does not give way.
 pub(crate) fn vessel_status(said: u8) -> VesselStatus {
     match said {
         1 => VesselStatus::AtAnchor,

@@ -60,8 +60,8 @@ impl Other {
         })
     }
 
-    /// How far inside the distance to keep the craft comes on `way`, m; 0 if it does not come nearer
-    /// than it is.
+    /// How far inside the distance to keep the craft comes on `way`, m; 0 if it does not come
+    /// nearer than it is.
     fn intrusion(&self, way: &Way) -> f64 {
         let gap = |(second, place): (u8, &Vector2<f64>)| {
             let there = self.position + self.velocity * f64::from(second);

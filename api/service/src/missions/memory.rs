@@ -4,8 +4,9 @@ use wire::{Segment, mission::Live};
 
 pub(super) const MEMORY: &str = "bytes of live missions in memory";
 
-/// Memory of a mission with metadata of 4 KiB and 64 vessels with plans, and of each AUV with 64 reports and
-/// its part of two plans, bytes; without paths, whose length only the body of a request bounds.
+/// Memory of a mission with metadata of 4 KiB and 64 vessels with plans, and of each AUV with 64
+/// reports and its part of two plans, bytes; without paths, whose length only the body of a request
+/// bounds.
 const MISSION_BYTES: usize = 208 << 10;
 const AUV_BYTES: usize = 32 << 10;
 

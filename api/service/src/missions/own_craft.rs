@@ -1,8 +1,9 @@
 //! The craft of the service's live missions, as each other sees them.
 //!
-//! Two of them give way by the order of their missions: the later one keeps clear of the earlier one,
-//! whose plan it knows, and the earlier one does not see it, so that only one of them ever dodges. A
-//! later craft that cannot give way, such as a silent one, is a vessel like others to the earlier one.
+//! Two of them give way by the order of their missions: the later one keeps clear of the earlier
+//! one, whose plan it knows, and the earlier one does not see it, so that only one of them ever
+//! dodges. A later craft that cannot give way, such as a silent one, is a vessel like others to the
+//! earlier one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,8 +37,8 @@ const SIGMA: f64 = 3.0;
 /// Time for which a craft without a fresh plan is taken to go straight on, s: a program's horizon.
 const STRAIGHT: f64 = 60.0;
 
-/// Distance, m, and difference of velocities, m/s, below which a small vessel is an echo of a craft: of
-/// a new echo, and of one that was.
+/// Distance, m, and difference of velocities, m/s, below which a small vessel is an echo of a
+/// craft: of a new echo, and of one that was.
 const ECHO: [(f64, f64); 2] = [(20.0, 1.0), (60.0, 2.0)];
 
 /// Largest length of a vessel that is an echo without the craft's name, m.
@@ -48,7 +49,8 @@ const ECHO_LENGTH: f64 = 12.0;
 pub struct OwnCraft {
     /// The craft as vessels, at most 8; `id` is that of their mission.
     pub vessels: Vec<Vessel>,
-    /// Identities of reported vessels that are craft of the service, at most 64. The plan left them out.
+    /// Identities of reported vessels that are craft of the service, at most 64. The plan left them
+    /// out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(value_type = Vec<String>)]
     pub echoes: Vec<VehicleId>,
@@ -146,8 +148,8 @@ impl Berth {
         members.insert(self.number, Member { craft, since, until });
     }
 
-    /// What the mission sees of the others at `now`, Unix time, s, with the vessels that were `reported`
-    /// to it. `before` is what it saw last.
+    /// What the mission sees of the others at `now`, Unix time, s, with the vessels that were
+    /// `reported` to it. `before` is what it saw last.
     pub(super) fn look<'a>(
         &self,
         now: f64,
@@ -234,8 +236,8 @@ fn are_near(one: &Origin, other: &Origin) -> bool {
     north.abs() <= range && east.abs() * one.lat_deg.to_radians().cos() <= range
 }
 
-/// `true` if a reported `vessel` is the `craft`, as its name or else its motion says. One that `was` an
-/// echo stays so for longer.
+/// `true` if a reported `vessel` is the `craft`, as its name or else its motion says. One that
+/// `was` an echo stays so for longer.
 fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
     let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
     let at = |of: &Vessel| {

@@ -314,7 +314,8 @@ pub(crate) async fn get_reference(
     if !(0.0..=WAIT_MAX).contains(&wait_s) {
         return Err(out_of_range("wait_s", wait_s, 0, WAIT_MAX));
     }
-    // The rest of the handle is dropped at once: its way to the actor would keep that from stopping.
+    // The rest of the handle is dropped at once: its way to the actor would keep that from
+    // stopping.
     let Handle { mut view, mut live, .. } = missions.handle(&id).await?;
     if 0.0 < wait_s {
         let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);

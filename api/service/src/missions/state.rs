@@ -263,8 +263,9 @@ impl MissionState {
         asc.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The snapshot for a plan at `now`, s on the mission's clock, with the other craft of the service;
-    /// `None` if reports are missing. Leaves out a previous plan without a valid snapshot, such as one beyond all coordinates.
+    /// The snapshot for a plan at `now`, s on the mission's clock, with the other craft of the
+    /// service; `None` if reports are missing. Leaves out a previous plan without a valid snapshot,
+    /// such as one beyond all coordinates.
     pub(super) fn snapshot(
         &self,
         now: f64,
@@ -391,8 +392,8 @@ fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<
     Asc { north_m: place.x, east_m: place.y, lat_deg: None, lon_deg: None, ..*asc }
 }
 
-/// Velocity of the surface craft over ground (north, east), m/s: as reported, else by its speeds through
-/// the water and the current of the previous plan.
+/// Velocity of the surface craft over ground (north, east), m/s: as reported, else by its speeds
+/// through the water and the current of the previous plan.
 fn over_ground(asc: &Asc, previous: Option<&PreviousPlan>) -> Vector2<f64> {
     let (sin, cos) = asc.heading_rad.sin_cos();
     let through_water = (asc.speed_mps * cos - asc.sway_mps * sin, asc.speed_mps * sin + asc.sway_mps * cos);

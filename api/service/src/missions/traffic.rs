@@ -73,7 +73,8 @@ impl Traffic {
         self.0.retain(|_, vessel| is_near(vessel.north_m, vessel.east_m));
     }
 
-    /// The vessels of a request of a craft at `here`: what was heard, with the `own` craft of the service.
+    /// The vessels of a request of a craft at `here`: what was heard, with the `own` craft of the
+    /// service.
     pub(super) fn with(&self, own: &OwnCraft, here: Vector2<f64>) -> Vec<Vessel> {
         let mut others = self.clone();
         others.0.retain(|_, vessel| !own.echoes.contains(&vessel.id));

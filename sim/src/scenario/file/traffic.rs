@@ -22,7 +22,8 @@ pub struct VesselFile {
     pub north_m: Quantity<Coordinate>,
     /// The same, m.
     pub east_m: Quantity<Coordinate>,
-    /// Distance at which it passes that place, m, positive if the place is then to port; 0 if left out.
+    /// Distance at which it passes that place, m, positive if the place is then to port; 0 if left
+    /// out.
     pub off_m: Option<Quantity<OffsetComponent>>,
     /// Time at which it does, s; 0 if left out.
     pub at_s: Option<Quantity<Instant>>,

@@ -125,8 +125,8 @@ impl Voyage {
             bytes.extend(frame(AUV, 1, &MavMessage::FOLLOW_TARGET(fix)));
         }
         if fault == Some(Fault::MeetsVessel) {
-            // Its half length and the distance to keep are 40 m: three seconds before the twelve metres of
-            // the next ten seconds lead into them.
+            // Its half length and the distance to keep are 40 m: three seconds before the twelve
+            // metres of the next ten seconds lead into them.
             let north_m = 30.0 + 3.0 + 12.0 + 40.0;
             #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
             let lat = ((38.0 + north_m / METRES_PER_DEGREE) * 1e7) as i32;

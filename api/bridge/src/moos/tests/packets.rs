@@ -70,7 +70,8 @@ fn notice(key: &str, number: f64, text: Option<&str>) -> Message {
     }
 }
 
-/// The same in our terms; a source's auxiliary, a second value and numbers beside a text are dropped.
+/// The same in our terms; a source's auxiliary, a second value and numbers beside a text are
+/// dropped.
 fn ours(decoded: &Decoded) -> Message {
     let [source, _, community, key] = decoded.texts.clone();
     let [t_s, number, _] = decoded.numbers;

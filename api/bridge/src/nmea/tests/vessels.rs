@@ -6,7 +6,8 @@ use proptest::prelude::*;
 use super::*;
 use crate::{VesselFix, VesselMessage};
 
-/// Types 1, 18, 19, both parts of 24, and 5 in two parts, from gpsd's "AIVDM/AIVDO protocol decoding".
+/// Types 1, 18, 19, both parts of 24, and 5 in two parts, from gpsd's "AIVDM/AIVDO protocol
+/// decoding".
 pub(super) const CLASS_A: &str = "!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C";
 const CLASS_B: &str = "!AIVDM,1,1,,A,B5NJ;PP005l4ot5Isbl03wsUkP06,0*76";
 pub(super) const EXTENDED: &str = "!AIVDM,1,1,,B,C5N3SRgPEnJGEBT>NhWAwwo862PaLELTBJ:V00000000S0D:R220,0*0B";

@@ -343,8 +343,8 @@ impl Live {
         self.mission.clock.rate == 1.0
     }
 
-    /// Shows the craft to other missions of the service, if it has a place on Earth; `is_planned` if its
-    /// plan is of now.
+    /// Shows the craft to other missions of the service, if it has a place on Earth; `is_planned`
+    /// if its plan is of now.
     fn show_to_others(&self, is_planned: bool) {
         let (Some(origin), Some(asc), Some(velocity)) =
             (self.state.origin(), self.state.asc(), self.state.velocity())
