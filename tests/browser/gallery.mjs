@@ -65,9 +65,7 @@ async function drawn(scenario, { law, gains }) {
     const given = controller === law && { gains: Object.fromEntries(gains[law].map((value, i) => [["look_ahead_m", "along_track_gain_per_s", "integral_gain_mps"][i], value])) };
     const id = await flown(service, { scenario, seed: 1, controller, ...given }, `${scenario}: ${controller}`);
     const recording = new Recording({ ...await service.get(`/v1/missions/${id}`), scene: await service.get(`/v1/missions/${id}/scene`) });
-    const lines = (await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n");
-    recording.takeLines(lines);
-    recording.vesselTracks = vesselTracks(lines);
+    recording.takeLines((await (await fetch(`${service.url}/v1/missions/${id}/record?format=csv`)).text()).split("\n"));
     // A mission is some 10 MB.
     await service.delete(`/v1/missions/${id}`);
     return recording;
@@ -77,25 +75,12 @@ async function drawn(scenario, { law, gains }) {
   const miss = MISS_MAX * Math.max(...[0, 1].map((k) => extent(all.map((point) => point[k]))));
   const [x, y, scale] = fitted(all), path = (...lines) => lines.map((line) => drawnPath(thinned(line, miss).map(([north, east]) => [x(east), y(north)]))).join("");
   const land = no_go.flatMap(({ polygon, holes = [] }) => [polygon, ...holes]).map((ring) => `${path(ring)}z`).join("");
-  // Vessels come from far beyond the picture.
-  const within = ([north, east]) => Math.abs(x(east) - SIZE[0] / 2) < 0.6 * SIZE[0] && Math.abs(y(north) - SIZE[1] / 2) < 0.6 * SIZE[1];
-  const vessels = planner.vesselTracks.map((track) => track.filter(within)).filter((track) => track.length > 1);
   const both = (key) => [planner, los].map((recording) => Math.round(1000 * scores(recording)[key]) / 1000);
   return {
     duration_s, ...los && { law, gains, rms_m: both("rms_m"), settled_rms_m: both("settled_rms_m") },
-    paths: { ...land && { "no-go": land }, ...area.length && { area: `${path(area)}z` }, ...vessels.length && { vessel: path(...vessels) }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
+    paths: { ...land && { "no-go": land }, ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
     ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };
-}
-
-/** The tracks of other vessels in the lines of a record. */
-function vesselTracks([head, ...rows]) {
-  const [kind, id, north, east] = ["kind", "id", "north_m", "east_m"].map((name) => head.split(",").indexOf(name)), tracks = new Map();
-  for (const row of rows.map((line) => line.split(",")).filter((row) => row[kind] === "vessel")) {
-    if (!tracks.has(row[id])) tracks.set(row[id], []);
-    tracks.get(row[id]).push([Number(row[north]), Number(row[east])]);
-  }
-  return [...tracks.values()];
 }
 
 /** Where an east and a north are in a picture in which all of the points are, and pixels a metre. */

@@ -1047,6 +1047,15 @@ class Origin(TypedDict):
 Outcome: TypeAlias = Literal["ok", "degraded"]
 
 
+class OwnCraft(TypedDict):
+    """Other craft of the service, as a plan saw them."""
+
+    # Identities of reported vessels that are craft of the service, at most 64. The plan left them out.
+    echoes: NotRequired[list[str]]
+    # The craft as vessels, at most 8; `id` is that of their mission.
+    vessels: list[Vessel]
+
+
 class PastVessel(TypedDict):
     """The velocity of a vessel, averaged over its last positions."""
 
@@ -1258,6 +1267,8 @@ class Planned(TypedDict):
     method: Method
     # The plan's outcome: as requested, or degraded.
     outcome: Outcome
+    # Other craft of the service that the plan saw.
+    own_craft: NotRequired[OwnCraft]
     # The plan's prediction. Versions before 0.3 stored none.
     prediction: NotRequired[Prediction | None]
     # The reason of the outcome `degraded`.
@@ -1957,6 +1968,8 @@ class Setting(TypedDict):
     paths: NotRequired[dict[str, ChangedPath]]
     # The planner's levers.
     tuning: NotRequired[Tuning | None]
+    # Distance to keep from other vessels' sides, m. From 1 to 2000.
+    vessel_separation_m: NotRequired[float | None]
 
 
 class Simulated(TypedDict):
@@ -2222,6 +2235,9 @@ class Vessel(TypedDict):
     name: NotRequired[str | None]
     # Position of its receiver north of the datum, m.
     north_m: NotRequired[float]
+    # Where it will be, if that is known: time, s, position north and east of the datum, m, in order of time, at
+    # most 32. It keeps to this and gives no way; its course and speed are those of now.
+    plan: NotRequired[list[list[float]]]
     # Standard deviation of its position along either axis, m, from 0 to 10 000. Default: 10. From 0 to 10000.
     sigma_m: NotRequired[float | None]
     # Speed over ground, m/s, from 0 to 60. From 0 to 60.
