@@ -1,6 +1,6 @@
 //! IMC 5.4: messages from and to vehicles that run DUNE.
 //!
-//! [`codec`] turns bytes into messages and back, [`ImcReader`] messages into events; [`ImcLink`]
+//! `codec` turns bytes into messages and back, `ImcReader` messages into events; `ImcLink`
 //! holds the wire. None of the files uses a socket.
 
 use std::collections::BTreeMap;

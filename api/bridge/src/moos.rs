@@ -1,6 +1,6 @@
 //! MOOS: a client of a MOOSDB, beside the IvP helm.
 //!
-//! [`MoosClient`] turns bytes into events and references into bytes; `views` draws the plan for
+//! `MoosClient` turns bytes into events and references into bytes; `views` draws the plan for
 //! pMarineViewer. Variables are in metres east (x) and north (y) of a datum, degrees and seconds.
 //! None of this uses a socket.
 
