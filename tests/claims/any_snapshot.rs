@@ -477,7 +477,12 @@ impl<'a> Forward<'a> {
                 let leg = known.windows(2).find(|leg| ahead <= leg[1].0).or(known.windows(2).last());
                 let Some(&[(t0, from), (t1, to)]) = leg else { return seen.position + velocity * ahead };
                 let way = to - from;
-                let beyond = (way / (t1 - t0).max(0.1)).cap_magnitude(60.0) * (ahead - t1).max(0.0);
+                let known_velocity = if t0 == 0.0 && t1 < 5.0 {
+                    velocity
+                } else {
+                    (way / (t1 - t0).max(0.1)).cap_magnitude(60.0)
+                };
+                let beyond = known_velocity * (ahead - t1).max(0.0);
                 from + way * ((ahead - t0) / (t1 - t0)).min(1.0) + beyond
             };
             let there = place(begin) * (1.0 - share) + place(end) * share;

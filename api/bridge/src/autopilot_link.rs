@@ -270,6 +270,23 @@ impl AutopilotLink {
         }
     }
 
+    /// Stops a craft that is still ours, as the bridge falls silent, where nothing else would stop it.
+    pub(crate) fn fall_silent(&mut self, now: f64) {
+        let Control::Reported(Some((newest, age))) = self.control(now) else { return };
+        if !newest.may_be_steered() || HEARTBEAT_AGE_MAX_S < age {
+            return;
+        }
+        match self {
+            Self::Imc { link, .. } if link.settings.headings => link.release(0.0),
+            Self::Moos { send, client, .. } => {
+                if let Some(stop) = client.stop(now) {
+                    send(&stop);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// Tells ground stations `text`.
     pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) {
         match self {

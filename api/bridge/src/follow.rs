@@ -362,8 +362,12 @@ impl Bridge {
         }
         let control = self.autopilot.control(now);
         let decision = &mut self.decision;
+        let was_sending = decision.is_sending();
         let action = decision.decide(now, control, &self.telemetry, link, &self.log);
         if !self.settings.dry_run {
+            if was_sending && matches!(action, Action::Silent(_)) {
+                self.autopilot.fall_silent(now);
+            }
             self.act(now, action, state.as_ref(), link);
         }
         let steering = self.facts(link).steering();

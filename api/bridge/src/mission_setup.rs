@@ -20,9 +20,13 @@ const SETTLED_M: f64 = 15.0;
 pub(crate) fn needs_origin(live: &Value) -> bool {
     let has = |of: &Value, members: &[&str]| members.iter().any(|member| !of[*member].is_null());
     let auvs = live["auvs"].as_array().map_or(&[][..], Vec::as_slice);
+    // Areas from a file are in degrees.
+    let in_metres = |area: &Value| {
+        area["polygon"][0].is_array()
+            || area["holes"].as_array().into_iter().flatten().any(|hole| hole[0].is_array())
+    };
     !has(live, &["origin", "path", "keep_outs", "area"])
-        // Those from a file of areas are in degrees.
-        && !live["no_go"][0]["polygon"][0].is_array()
+        && !live["no_go"].as_array().into_iter().flatten().any(in_metres)
         && !auvs.iter().any(|auv| has(auv, &["path"]))
 }
 

@@ -244,7 +244,7 @@ impl OpenWire {
                 stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
                 Ok(Self::Tcp(Arc::new(stream)))
             }
-            Endpoint::Imc(address) => Ok(Self::Imc(Arc::new(ImcNetwork::open(address)?))),
+            Endpoint::Imc(address) => Ok(Self::Imc(Arc::new(ImcNetwork::open(address, WRITE_TIMEOUT)?))),
             Endpoint::Serial { device, baud } => {
                 let mut port = SerialPort::open(device, *baud)?;
                 port.set_read_timeout(READ_TIMEOUT)?;
@@ -289,7 +289,10 @@ impl OpenWire {
                 sent.reduce(Result::or).unwrap_or(Ok(()))
             }
             Self::Tcp(stream) if bytes.is_empty() => stream.shutdown(Shutdown::Both),
-            Self::Tcp(stream) => stream.as_ref().write_all(bytes),
+            // After a part of a packet the other side would misread all that follows.
+            Self::Tcp(stream) => stream.as_ref().write_all(bytes).inspect_err(|_| {
+                let _ = stream.shutdown(Shutdown::Both);
+            }),
             Self::Imc(network) => network.send(bytes),
             Self::Serial(port) => port.write_all(bytes),
         }

@@ -21,13 +21,14 @@ pub struct Area {
 /// kept clear of.
 pub fn areas(bytes: &[u8]) -> Result<Vec<Area>, Unread> {
     let text = text_of(bytes)?;
-    let areas = polygons(&text, Progress::new(&|| false));
-    areas.map_err(|unread| Unread { place: located(&text, &unread.place), ..unread })
+    let progress = Progress::new(&|| false);
+    let json = parsed(&text, &progress)?;
+    polygons(json, progress).map_err(|unread| Unread { place: located(&text, &unread.place), ..unread })
 }
 
-fn polygons(text: &str, mut progress: Progress<'_>) -> Result<Vec<Area>, Unread> {
+fn polygons(json: Value, mut progress: Progress<'_>) -> Result<Vec<Area>, Unread> {
     let mut areas = Vec::new();
-    for (place, item) in features(parsed(text, &progress)?)? {
+    for (place, item) in features(json)? {
         let (feature, place) = feature(item, place)?;
         let at = format!("{place}/coordinates");
         let name = feature.property("name").and_then(Value::as_str).unwrap_or_default();

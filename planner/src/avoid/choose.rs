@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use nalgebra::Vector2;
 
-use crate::avoid::encounter::{closest_approach, kind};
+use crate::avoid::encounter::{SPEED_UNDER_WAY, closest_approach, kind};
 use crate::avoid::scene::Scene;
 use crate::avoid::sentence::sentence;
 use crate::avoid::trial::{Outcome, Trial};
@@ -86,11 +86,15 @@ impl Avoider<'_> {
                 other.kind = None;
                 continue;
             }
-            let VesselForecast { position, velocity, .. } = &other.forecast;
-            let met = other.kind.unwrap_or_else(|| match kind(&course, position, velocity) {
-                met if met.stands_on() && other.forecast.has_plan() => EncounterKind::CrossingGiveWay,
+            // One that sails by a plan meets the craft with the velocity of that time, and gives no way.
+            let is_planned = other.forecast.has_plan();
+            let velocity = other.forecast.velocity_at(if is_planned { passing.time } else { 0.0 });
+            let met = other.kind.unwrap_or_else(|| kind(&course, &other.forecast.position, &velocity));
+            let is_to_move = met == EncounterKind::KeepClear && SPEED_UNDER_WAY <= velocity.norm();
+            let met = match met {
+                met if is_planned && (met.stands_on() || is_to_move) => EncounterKind::CrossingGiveWay,
                 met => met,
-            });
+            };
             other.kind = Some(met);
             let limits = &self.craft.limits;
             let leaves = radius / limits.speed_max + FRAC_PI_2 / limits.turn_rate_max;

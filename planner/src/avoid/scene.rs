@@ -66,7 +66,7 @@ impl<'a> Scene<'a> {
                 let distance = closest_approach(&forecast.position, &forecast.velocity).0;
                 let is_near = forecast.has_plan() || distance - forecast.radius(tuned.look_ahead) < reach;
                 let gap = forecast.position.norm() - forecast.radius(0.0) - reach;
-                let comes = gap < forecast.velocity.norm() * tuned.look_ahead;
+                let comes = forecast.has_plan() || gap < forecast.velocity.norm() * tuned.look_ahead;
                 let first = gap / (forecast.velocity.norm() + snapshot.speed_most());
                 (is_near && comes).then_some((first, Other { forecast, kind: None, side: None }))
             })

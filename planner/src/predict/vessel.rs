@@ -18,6 +18,9 @@ pub const VESSEL_LOST: f64 = 900.0;
 const LEG_LEAST: f64 = 0.1;
 const SPEED_MOST: f64 = 60.0;
 
+/// Least time of the leg from now that has a velocity, s.
+const FIRST_LEG_LEAST: f64 = 5.0;
+
 /// A vessel now, by its last position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VesselNow {
@@ -143,6 +146,10 @@ impl VesselForecast {
     /// Its velocity over ground `ahead` seconds after the snapshot, m/s.
     pub(crate) fn velocity_at(&self, ahead: f64) -> Vector2<f64> {
         self.leg(ahead).map_or(self.velocity, |[(from, begin), (until, end)]| {
+            // Too short a leg from where it is now: its own error would count as speed.
+            if from == 0.0 && until < FIRST_LEG_LEAST {
+                return self.velocity;
+            }
             ((end - begin) / (until - from).max(LEG_LEAST)).cap_magnitude(SPEED_MOST)
         })
     }

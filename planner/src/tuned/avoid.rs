@@ -29,7 +29,7 @@ numbers! {
         /// way acts.
         early_share = 3.0,
         /// The multiple at which a craft that stands on acts.
-        late_share = 1.5,
+        late_share = 2.0,
         /// Standard deviations of its position by which a vessel is passed farther off.
         deviations = 2.0,
         /// Price of a metre too near, m of distance from the goal.

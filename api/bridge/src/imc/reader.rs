@@ -225,8 +225,8 @@ impl ImcReader {
             }
             Message::EstimatedState(state) => self.craft_state(state, unix_s, heard),
             Message::NavigationUncertainty(stated) => {
-                let known = sigma(stated).map(|sigma| sigma <= KNOWN_SIGMA_M);
-                heard.extend(known.map(AutopilotEvent::PositionKnown));
+                let is_known = sigma(stated).is_some_and(|sigma| sigma <= KNOWN_SIGMA_M);
+                heard.push(AutopilotEvent::PositionKnown(is_known));
             }
             // DUNE answers a new manoeuvre with one of these.
             Message::FollowReference(by) => self.controller = Some((by.control_src, by.control_ent)),
@@ -371,10 +371,11 @@ fn place(state: &EstimatedState) -> Option<Origin> {
     on_earth(place.lat_deg, place.lon_deg.clamp(-180.0, 180.0))
 }
 
-/// The larger standard deviation of a position, m, of its variances, m².
+/// The larger standard deviation of a position, m, of its variances, m²; none if one of them says
+/// nothing.
 fn sigma(stated: &NavigationUncertainty) -> Option<f64> {
-    let sigma = f64::from(stated.x.max(stated.y)).sqrt();
-    Some(sigma).filter(|sigma| sigma.is_finite())
+    let [x, y] = [stated.x, stated.y].map(|variance| f64::from(variance).sqrt());
+    Some(x.max(y)).filter(|_| x.is_finite() && y.is_finite())
 }
 
 /// What DUNE's receiver heard of a vessel: directions in rad and speeds in knots, as its driver

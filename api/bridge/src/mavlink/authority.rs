@@ -56,7 +56,7 @@ pub(crate) enum Silence {
     )]
     TakenOver,
     /// Another mode since the start.
-    #[error("the autopilot is not in its guided mode: set it (MAVLink: or start with --take-control)")]
+    #[error("the autopilot is not in its guided mode: set it (MAVLink, IMC: or start with --take-control)")]
     NotGuided,
     #[error("not armed: arm the craft, or start with --take-control")]
     NotArmed,

@@ -50,6 +50,8 @@ const LATE_MAX_S: f64 = 60.0;
 const SILENT_S: f64 = 5.0;
 /// Time between two signs of life of the bridge, s: the database drops a client after 5 s.
 const ALIVE_S: f64 = 1.0;
+/// Longest name of a vessel that the service takes, bytes.
+const NAME_MAX: usize = 64;
 /// Vessels without an MMSI are numbered by their names, beyond all MMSI.
 const NAMED: u32 = 1_000_000_000;
 
@@ -72,7 +74,9 @@ pub(crate) struct MoosClient {
     numbers: BTreeMap<&'static str, (f64, f64)>,
     /// The craft's newest position and its time.
     position: Option<(f64, Origin)>,
+    /// What the newest of both spellings said, and its time.
     is_overridden: Option<bool>,
+    overridden_s: f64,
     all_stop: String,
     /// Time at which the helm was last heard to drive.
     driven_s: Option<f64>,
@@ -100,6 +104,9 @@ impl MoosClient {
     pub(crate) fn connect(&mut self, t_s: f64, unix_s: f64) -> Vec<u8> {
         self.packets.restart();
         (self.heard_s, self.alive_s, self.unix_offset) = (Some(t_s), t_s, unix_s - t_s);
+        // Another database may have been started: it says what holds now.
+        (self.is_overridden, self.overridden_s, self.driven_s) = (None, f64::NEG_INFINITY, None);
+        self.all_stop.clear();
         let hello = Message { text: Some(NAME.to_owned()), ..self.message(DATA, "asynchronous", t_s) };
         let numbers = [LAT_LON, XY, OVER_GROUND, HEADING_SPEED].concat();
         let variables = [&numbers[..], &NODES, &RANGES, &OVERRIDES, &[HELM, ALL_STOP, DB_TIME]].concat();
@@ -134,6 +141,11 @@ impl MoosClient {
         self.texts(now, &[("PILOTFISH_HEADING", heading), ("PILOTFISH_SPEED", speed), active])
     }
 
+    /// Stops the craft where no watchdog does: beside the helm.
+    pub(crate) fn stop(&self, now: f64) -> Option<Vec<u8>> {
+        self.is_raw.then(|| packet(&[self.message(NOTIFY, "DESIRED_SPEED", now)]))
+    }
+
     /// Variables with texts, at `now` of the bridge's clock.
     pub(crate) fn texts(&self, now: f64, texts: &[(&str, String)]) -> Vec<u8> {
         let message = |(key, text): &(&str, String)| Message {
@@ -163,7 +175,9 @@ impl MoosClient {
                 (POISON, Some(why)) => {
                     events.push(AutopilotEvent::Text(format!("the MOOSDB refuses the bridge: {why}")));
                 }
-                (NOTIFY, Some(text)) => self.take_text(&message.key, text, unix_s, &mut events),
+                (NOTIFY, Some(text)) => {
+                    self.take_text(&message.key, text, [message.t_s, unix_s], &mut events);
+                }
                 (NOTIFY, None) => self.take_number(&message, unix_s, &mut events),
                 _ => {}
             }
@@ -237,7 +251,13 @@ impl MoosClient {
         ((first_s - second_s).abs() <= PAIR_S).then_some((*second_s, [*first, *second]))
     }
 
-    fn take_text(&mut self, key: &str, text: &str, unix_s: f64, events: &mut Vec<AutopilotEvent>) {
+    fn take_text(
+        &mut self,
+        key: &str,
+        text: &str,
+        [written_s, unix_s]: [f64; 2],
+        events: &mut Vec<AutopilotEvent>,
+    ) {
         if key == HELM {
             // A helm in reserve that took over adds a sign.
             let state = text.trim_end_matches('+');
@@ -246,7 +266,11 @@ impl MoosClient {
                 events.push(beat(if self.is_overridden == Some(true) { "manual override" } else { state }));
             }
         } else if OVERRIDES.contains(&key) {
-            self.is_overridden = text.to_ascii_lowercase().parse().ok().or(self.is_overridden);
+            if let Ok(now) = text.to_ascii_lowercase().parse()
+                && self.overridden_s <= written_s
+            {
+                (self.is_overridden, self.overridden_s) = (Some(now), written_s);
+            }
             events.extend((self.is_overridden == Some(true)).then(|| beat("manual override")));
         } else if key == ALL_STOP && text != self.all_stop {
             text.clone_into(&mut self.all_stop);
@@ -286,7 +310,9 @@ impl MoosClient {
             }
         } else if let Some((auv, newest_s)) = self.auvs.get_mut(&report.name.to_ascii_uppercase()) {
             // A relay repeats reports.
-            reject_if(t_s <= *newest_s, "repeated report")?;
+            let since_s = *newest_s - t_s;
+            // A clock that was set back makes none.
+            reject_if((0.0..=EARLY_MAX_S + LATE_MAX_S).contains(&since_s), "repeated report")?;
             *newest_s = t_s;
             let velocity = report.speed.zip(report.course);
             events.push(AutopilotEvent::Measured(Measurement::Auv(AuvFix {
@@ -349,13 +375,14 @@ fn vessel(report: &NodeReport, position: Origin, age_s: f64) -> VesselMessage {
     let number = report.name.bytes().fold(0x811C_9DC5_u32, |hash, byte| {
         (hash ^ u32::from(byte.to_ascii_uppercase())).wrapping_mul(0x0100_0193)
     });
-    let (course, speed, heading) = (report.course, report.speed, report.heading);
+    let (course, speed, heading) = (report.course.map(wrap), report.speed, report.heading.map(wrap));
     let (age_s, status) = (age_s.max(0.0), VesselStatus::UnderWay);
     VesselMessage {
         mmsi: NAMED + number % (u32::MAX - NAMED),
         is_own: false,
         fix: Some(VesselFix { age_s, position, course, speed, heading, status }),
-        name: Some(report.name.clone()),
+        name: Some(report.name.clone())
+            .filter(|name| name.len() <= NAME_MAX && !name.contains(char::is_control)),
         // The position is that of the middle.
         dimensions: report.length_m.map(|length| [0.5 * length, 0.5 * length, 0.0, 0.0]),
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::ops::RangeInclusive;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
@@ -36,16 +36,18 @@ pub(super) struct ImcNetwork {
 #[derive(Debug, Default)]
 struct Addresses {
     announced: Vec<SocketAddr>,
-    /// The sender of its newest datagram.
+    /// The sender of its newest datagram, and its time.
     heard: Option<SocketAddr>,
+    last: Option<Instant>,
 }
 
 impl ImcNetwork {
     /// Opens the sockets at `address`, one of this computer's that the vehicles reach.
-    pub(super) fn open(address: &str) -> io::Result<Self> {
+    pub(super) fn open(address: &str, write_timeout: Duration) -> io::Result<Self> {
         let address: SocketAddrV4 = address.parse().map_err(|_| io::ErrorKind::InvalidInput)?;
         let own = UdpSocket::bind(address)?;
         own.set_read_timeout(Some(WAIT))?;
+        own.set_write_timeout(Some(write_timeout))?;
         let group = { PORTS }.find_map(|port| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, port)).ok());
         let group = group.ok_or(io::ErrorKind::AddrInUse)?;
         group.join_multicast_v4(&GROUP, address.ip())?;
@@ -62,10 +64,13 @@ impl ImcNetwork {
         let mut systems = self.systems.lock();
         for Packet { header, message } in PacketReader::default().push(&into[..count], true) {
             if SYSTEMS_MAX <= systems.len() && !systems.contains_key(&header.source) {
-                continue;
+                // The one that was silent for longest makes room.
+                let oldest = systems.iter().min_by_key(|(_, system)| system.last).map(|(number, _)| *number);
+                oldest.and_then(|number| systems.remove(&number));
             }
             let system = systems.entry(header.source).or_default();
             system.heard = sender.or(system.heard);
+            system.last = Some(Instant::now());
             if let Some(Message::Announce(announce)) = message {
                 system.announced = addresses(&announce.services);
             }

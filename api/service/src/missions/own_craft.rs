@@ -41,6 +41,9 @@ const STRAIGHT: f64 = 60.0;
 /// craft: of a new echo, and of one that was.
 const ECHO: [(f64, f64); 2] = [(20.0, 1.0), (60.0, 2.0)];
 
+/// Age of a craft's state until which AIS says nothing that its mission does not know, s.
+const HEARD: f64 = 10.0;
+
 /// Largest length of a vessel that is an echo without the craft's name, m.
 const ECHO_LENGTH: f64 = 12.0;
 
@@ -129,11 +132,16 @@ pub(super) struct Berth {
 
 impl Drop for Berth {
     fn drop(&mut self) {
-        self.fleet.craft.lock().remove(&self.number);
+        self.leave();
     }
 }
 
 impl Berth {
+    /// Leaves the place empty.
+    pub(super) fn leave(&self) {
+        self.fleet.craft.lock().remove(&self.number);
+    }
+
     /// Shows the craft to the others at `now`, Unix time, s.
     pub(super) fn show(&self, craft: Craft, now: f64) {
         let mut members = self.fleet.craft.lock();
@@ -162,6 +170,7 @@ impl Berth {
         };
         let near = members.iter().filter(|(number, other)| {
             **number != self.number
+                && !are_of_one_bridge(&own.craft.mission, &other.craft.mission)
                 && are_near(&own.craft.place, &other.craft.place)
                 && self.fleet.have_the_same_callers(&own.craft.mission, &other.craft.mission)
         });
@@ -172,7 +181,7 @@ impl Berth {
             .into_iter()
             .filter_map(|(number, member)| {
                 let is_orderly = member.is_orderly(now);
-                let vessel = member.craft.seen_from(origin, number < self.number, is_orderly)?;
+                let vessel = member.craft.seen_from(origin, number < self.number, is_orderly, now)?;
                 let is_hidden = self.number < number && is_orderly;
                 Some(((vessel.position() - here).norm(), is_hidden, vessel))
             })
@@ -190,10 +199,11 @@ impl Berth {
 
 impl Craft {
     /// The craft as a vessel with positions from `origin`. One that `leads` has a plan.
-    fn seen_from(self, origin: Origin, leads: bool, is_orderly: bool) -> Option<Vessel> {
+    fn seen_from(self, origin: Origin, leads: bool, is_orderly: bool, now: f64) -> Option<Vessel> {
         let straight = || {
-            let [north, east] = (self.position + self.velocity * STRAIGHT).into();
-            vec![[self.t_s + STRAIGHT, north, east]]
+            let end = now.max(self.t_s) + STRAIGHT;
+            let [north, east] = (self.position + self.velocity * (end - self.t_s)).into();
+            vec![[end, north, east]]
         };
         let plan = match leads {
             true if is_orderly && !self.plan.is_empty() => self.plan,
@@ -205,7 +215,7 @@ impl Craft {
         let name = name.unwrap_or(&self.mission.title);
         let mut vessel = Vessel {
             id: VehicleId(self.mission.id.clone()),
-            name: Some(name.to_owned()).filter(|name| name.len() <= ID_LENGTH_MAX),
+            name: Some(name.to_owned()).filter(|name| is_name(name)),
             t_s: Some(self.t_s),
             north_m: self.position.x,
             east_m: self.position.y,
@@ -225,6 +235,17 @@ impl Craft {
         }
         vessel.faults("").is_empty().then_some(vessel)
     }
+}
+
+/// `true` for what a vessel may be called.
+fn is_name(name: &str) -> bool {
+    (1..=ID_LENGTH_MAX).contains(&name.len()) && !name.contains(char::is_control)
+}
+
+/// `true` for missions of one bridge, which has one craft.
+fn are_of_one_bridge(one: &Mission, other: &Mission) -> bool {
+    let [one, other] = [one, other].map(|mission| mission.metadata.get("bridge"));
+    one.is_some() && one == other
 }
 
 /// `true` for places within the range of each other, and some beyond it.
@@ -248,7 +269,10 @@ fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
     let (distance, difference) = ECHO[usize::from(was)];
     let is_near = (place - there).norm() < distance && (velocity - their_velocity).norm() < difference;
     let is_small = vessel.length_m.is_none_or(|length| length <= ECHO_LENGTH);
-    vessel.id == craft.id || (name(vessel).is_some() && name(vessel) == name(craft)) || (is_near && is_small)
+    let is_named = name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft));
+    // What AIS says of a craft that is silent is newer than what its mission knows.
+    let is_heard = now - craft.t_s.unwrap_or(now) <= HEARD;
+    vessel.id == craft.id || is_heard && (is_named || is_near && is_small)
 }
 
 #[cfg(test)]
@@ -307,7 +331,7 @@ mod tests {
         assert_eq!(seen(&earlier, 140.0), []);
         // The earlier one has not planned any more: it is taken to go straight on.
         let straight = &later.look(140.0, [].into_iter(), &OwnCraft::default()).vessels[0];
-        assert_eq!(straight.plan, [[160.0, 90.0, 0.0]]);
+        assert_eq!(straight.plan, [[200.0, 130.0, 0.0]]);
         drop(earlier);
         assert_eq!(seen(&later, 140.0), []);
     }

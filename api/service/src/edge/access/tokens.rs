@@ -311,6 +311,10 @@ impl Tokens {
     /// `true` if each limited token permits both of the missions, of that id and metadata, or none.
     pub(crate) fn permit_alike(&self, missions: [(&str, &Map<String, Value>); 2]) -> bool {
         let known = self.known();
+        // A file that cannot be read permits nothing to anybody.
+        if known.as_ref().is_some_and(|known| known.tokens.is_empty()) {
+            return false;
+        }
         let mut limits =
             known.iter().flat_map(|known| &known.tokens).filter_map(|token| token.limit.as_ref());
         limits.all(|limit| {

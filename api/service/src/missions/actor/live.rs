@@ -119,6 +119,7 @@ impl Actor for Live {
         let stored = self.context.append(&[event], key, None).await?;
         self.since_checkpoint += u32::from(stored.is_new);
         self.count_does_not_follow();
+        self.show_to_others(false);
         Ok(stored.answer)
     }
 
@@ -346,6 +347,9 @@ impl Live {
     /// Shows the craft to other missions of the service, if it has a place on Earth; `is_planned`
     /// if its plan is of now.
     fn show_to_others(&self, is_planned: bool) {
+        if self.context.mission.status.is_over() {
+            return self.berth.leave();
+        }
         let (Some(origin), Some(asc), Some(velocity)) =
             (self.state.origin(), self.state.asc(), self.state.velocity())
         else {
@@ -358,7 +362,9 @@ impl Live {
             answer.outcome == Outcome::Ok && answer.craft_estimate.follows && asc.steered
         };
         let steering = self.state.steering().is_none_or(|said| said.state == SteeringState::Steering);
-        let trajectory = answer.map_or(&[][..], |answer| &answer.trajectory);
+        // A plan from before the origin changed has other coordinates.
+        let placed = answer.filter(|answer| answer.origin.is_some_and(|of| of == origin));
+        let trajectory = placed.map_or(&[][..], |answer| &answer.trajectory);
         let step = trajectory.len().div_ceil(PLAN_POINTS).max(1);
         let points = trajectory.iter().skip(step).step_by(step);
         let craft = Craft {
