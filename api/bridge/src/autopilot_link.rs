@@ -200,7 +200,7 @@ impl AutopilotLink {
         if let Self::Moos { client, .. } = self { client.datum } else { None }
     }
 
-    /// What the autopilot's heading loop holds, if the wire tells.
+    /// The direction that the autopilot's heading loop holds, if the wire tells.
     pub(crate) fn heading_held(&self) -> Option<HeadingReference> {
         match self {
             Self::Mavlink { .. } => Some(HeadingReference::Heading),
@@ -270,7 +270,7 @@ impl AutopilotLink {
         }
     }
 
-    /// Stops a craft that is still ours, as the bridge falls silent, where nothing else would stop it.
+    /// Stops the craft when the bridge falls silent, if it may still be steered and has no watchdog.
     pub(crate) fn fall_silent(&mut self, now: f64) {
         let Control::Reported(Some((newest, age))) = self.control(now) else { return };
         if !newest.may_be_steered() || HEARTBEAT_AGE_MAX_S < age {

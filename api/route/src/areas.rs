@@ -17,8 +17,7 @@ pub struct Area {
     pub rings: Vec<Vec<RoutePoint>>,
 }
 
-/// The polygons of a GeoJSON file. Fails with the first place that is none: what is left out is not
-/// kept clear of.
+/// The polygons of a GeoJSON file. Other geometry is an error: nothing would keep the craft off it.
 pub fn areas(bytes: &[u8]) -> Result<Vec<Area>, Unread> {
     let text = text_of(bytes)?;
     let progress = Progress::new(&|| false);

@@ -14,7 +14,7 @@ const SPEED_IN_TURN: f64 = 0.3;
 /// Time for which a vessel's way ahead of it belongs to it, s.
 const AHEAD: f64 = 120.0;
 
-/// A depth that lasts for this time costs as much again, s.
+/// Time in a vessel's circle that doubles the price of the depth, s.
 const DEPTH_TIME: f64 = 30.0;
 
 /// A heading, from the bow, and a largest speed that are held until a time, s; then the craft goes

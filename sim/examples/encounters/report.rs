@@ -15,9 +15,9 @@ pub(crate) struct Outcome {
     /// Least distance beyond the one to keep, m.
     pub(crate) clearance: f64,
     pub(crate) has_way: Option<bool>,
-    /// By vessel: the kind of the encounter, and whether it passed on the side that the rules ask
-    /// for.
+    /// The kind of the encounter with each vessel.
     pub(crate) kinds: BTreeMap<usize, EncounterKind>,
+    /// `true` for each vessel that passed on the side that the rules ask for.
     right_side: BTreeMap<usize, bool>,
     /// Turn of the first manoeuvre, rad, and the time until the closest approach, s.
     first_action: Option<(f64, f64)>,

@@ -275,7 +275,7 @@ pub fn packet(header: &Header, message: &Message, order: ByteOrder) -> Vec<u8> {
 #[derive(Debug, Default)]
 pub struct PacketReader {
     bytes: Vec<u8>,
-    /// What was no packet, or no message as IMC 5.4 defines it.
+    /// Counts of bytes that were no packet, and of packets that were no message of IMC 5.4.
     pub rejects: Rejects,
 }
 

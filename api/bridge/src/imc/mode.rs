@@ -1,4 +1,4 @@
-//! What DUNE does, as its `VehicleState` says.
+//! DUNE's mode and manoeuvre, by its `VehicleState`.
 
 /// DUNE's mode of operation and manoeuvre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, SocketAddrV4, UdpSocket};
 use std::ops::RangeInclusive;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use parking_lot::Mutex;
 
@@ -36,9 +36,10 @@ pub(super) struct ImcNetwork {
 #[derive(Debug, Default)]
 struct Addresses {
     announced: Vec<SocketAddr>,
-    /// The sender of its newest datagram, and its time.
+    /// The sender of its newest datagram.
     heard: Option<SocketAddr>,
-    last: Option<Instant>,
+    /// How many datagrams of all systems had come by then.
+    count: u64,
 }
 
 impl ImcNetwork {
@@ -65,12 +66,13 @@ impl ImcNetwork {
         for Packet { header, message } in PacketReader::default().push(&into[..count], true) {
             if SYSTEMS_MAX <= systems.len() && !systems.contains_key(&header.source) {
                 // The one that was silent for longest makes room.
-                let oldest = systems.iter().min_by_key(|(_, system)| system.last).map(|(number, _)| *number);
+                let oldest = systems.iter().min_by_key(|(_, system)| system.count).map(|(number, _)| *number);
                 oldest.and_then(|number| systems.remove(&number));
             }
+            let count = 1 + systems.values().map(|system| system.count).max().unwrap_or(0);
             let system = systems.entry(header.source).or_default();
             system.heard = sender.or(system.heard);
-            system.last = Some(Instant::now());
+            system.count = count;
             if let Some(Message::Announce(announce)) = message {
                 system.announced = addresses(&announce.services);
             }
@@ -166,5 +168,21 @@ mod tests {
         }
         elsewhere.set_nonblocking(true).expect("can be");
         assert!(elsewhere.recv_from(&mut buffer).is_err());
+    }
+
+    #[test]
+    fn a_system_that_came_late_takes_the_place_of_the_one_that_was_silent_for_longest() {
+        let network = network();
+        let here = network.own.local_addr().expect("is bound");
+        let peer = UdpSocket::bind("127.0.0.1:0").expect("a free port");
+        // The first one speaks again: the second is then silent for longest.
+        let last = u16::try_from(SYSTEMS_MAX).expect("is small") + 1;
+        for source in (1..last).chain([1, last]) {
+            peer.send_to(&bytes(source, ALL, Heartbeat {}), here).expect("is sent");
+            network.receive(&mut [0; 256]).expect("is heard");
+        }
+        let systems = network.systems.lock();
+        assert_eq!(systems.len(), SYSTEMS_MAX);
+        assert_eq!([1, 2, last].map(|number| systems.contains_key(&number)), [true, false, true]);
     }
 }

@@ -78,8 +78,7 @@ impl Dune {
         (messages, line)
     }
 
-    /// The same of several seconds of one kind: in each, the number of references, and of orders to
-    /// start.
+    /// The numbers of references and of orders to start in each of `count` seconds of one mode.
     async fn seconds(&mut self, count: u32, mode: Option<(u8, u16)>) -> Vec<[usize; 2]> {
         let mut seconds = vec![];
         for _ in 0..count {

@@ -173,6 +173,45 @@ async fn references_are_updates_of_two_behaviours_or_desired_on_request() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_bridge_that_falls_silent_stops_a_craft_that_is_still_its_own_and_has_no_helm() {
+    for (is_raw, is_handed_over) in [(true, true), (true, false), (false, true)] {
+        let (mut link, sent) = link(is_raw);
+        link.push(&piece(&[], 0.0), 0.0, NOW_S);
+        let handed = if is_handed_over { "false" } else { "true" };
+        let drives = if is_raw {
+            message("DB_TIME", Number(NOW_S), NOW_S)
+        } else {
+            message("IVPHELM_STATE", Text("DRIVE"), NOW_S)
+        };
+        let said = packet(&[message("MOOS_MANUAL_OVERRIDE", Text(handed), NOW_S), drives]);
+        link.push(&piece(&said, 0.0), 0.0, NOW_S);
+        messages(&sent);
+        link.fall_silent(1.0);
+        let stop = (NOTIFY, "DESIRED_SPEED".to_owned(), 0.0, None);
+        // The helm's own watchdog stops it otherwise, or a person has it.
+        let expected = if is_raw && is_handed_over { vec![stop] } else { vec![] };
+        assert_eq!(messages(&sent), expected, "{is_raw}, {is_handed_over}");
+    }
+}
+
+#[test]
+fn the_override_that_was_written_last_counts_and_another_database_begins_anew() {
+    let mut client = client(None, false);
+    let said = |client: &mut MoosClient, key, text, written_s| {
+        let bytes = packet(&[message(key, Text(text), written_s)]);
+        mode(&client.push(&bytes, 0.0, NOW_S))
+    };
+    let overridden = Some(("manual override".to_owned(), false));
+    assert_eq!(said(&mut client, "MOOS_MANUAL_OVERRIDE", "true", NOW_S), overridden);
+    // The other spelling, from before.
+    assert_eq!(said(&mut client, "MOOS_MANUAL_OVERIDE", "false", NOW_S - 60.0), overridden);
+    let drive = |client: &mut MoosClient| said(client, "IVPHELM_STATE", "DRIVE", NOW_S).expect("beats").1;
+    assert!(!drive(&mut client));
+    client.connect(0.0, NOW_S);
+    assert!(drive(&mut client));
+}
+
+#[tokio::test(start_paused = true)]
 async fn the_state_is_shown_at_once_and_the_plan_each_second() {
     let (mut link, sent) = link(false);
     let mut answer = planned(3);
