@@ -332,7 +332,12 @@ mod tests {
         // The earlier one has not planned any more: it is taken to go straight on.
         let straight = &later.look(140.0, [].into_iter(), &OwnCraft::default()).vessels[0];
         assert_eq!(straight.plan, [[200.0, 130.0, 0.0]]);
-        drop(earlier);
+        // Another mission of the same bridge has the same craft.
+        earlier.show(craft("two", 140.0, true), 140.0);
+        assert_eq!(seen(&later, 140.0), []);
+        earlier.show(craft("one", 140.0, true), 140.0);
+        assert_eq!(seen(&later, 140.0).len(), 1);
+        earlier.leave();
         assert_eq!(seen(&later, 140.0), []);
     }
 
@@ -362,5 +367,7 @@ mod tests {
         // One that was an echo stays so for longer.
         let before = OwnCraft { echoes: vec![VehicleId("far".to_owned())], ..first };
         assert_eq!(ids(&later.look(100.0, reported.iter(), &before)), ["near", "far", "named"]);
+        // What AIS says of a craft that its mission does not hear is newer.
+        assert_eq!(ids(&later.look(111.0, reported.iter(), &before)), [""; 0]);
     }
 }
