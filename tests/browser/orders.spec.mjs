@@ -164,6 +164,15 @@ test("the map follows the craft while the goal is open, and holds still while a 
   await expect(deadline).toHaveValue("9.9");
 });
 
+test("on a phone the state and a map stay on the screen while an order is given", async ({ page, service }) => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  const { map, open, orders } = await opened(page, service);
+  await open("Keep-outs");
+  await orders.getByText("Route of an AUV").evaluate((last) => last.scrollIntoView({ block: "end" }));
+  for (const shown of [map, page.locator(".chips"), orders.getByRole("button", { name: "Add a disc" })]) await expect(shown).toBeInViewport({ ratio: 0.9 });
+  await expect(page.locator(".top")).not.toBeInViewport();
+});
+
 test("limits are typed in their units, and sent in SI units", async ({ page, service }) => {
   const { id, sent, orders, open, send, said } = await opened(page, service);
   await open("Limits");
