@@ -18,7 +18,7 @@ test("with a read-only token the page looks, says so, and orders nothing", async
     await page.getByRole("button", { name: "Use it in this tab" }).click();
     await expect(page.locator("#role")).toHaveText("read-only: no orders");
     await expect(page.locator("main")).toContainText("Read-only");
-    await expect(page.getByRole("button", { name: "Run calm", exact: true })).toBeDisabled();
+    await expect(page.getByRole("button", { name: "Run paper-tracking", exact: true })).toBeDisabled();
     await page.getByRole("link", { name: "protected" }).click();
     await expect(page.locator("h1")).toHaveText("protected");
     await expect(page.locator(".orders")).toContainText("Read-only");

@@ -41,6 +41,11 @@ test("every call that has a body has an example that the service accepts", async
   }
 });
 
+test("plans come first", async ({ page, service }) => {
+  await open(page, service, "plan");
+  await expect(page.getByRole("heading", { level: 2 }).first()).toHaveText("plan");
+});
+
 test("a search leaves the calls that have its words, and a refusal is shown as it is", async ({ page, service, complaints }) => {
   await page.goto(`${service.url}/docs`);
   await page.getByLabel("Search").fill("missions reports");

@@ -164,6 +164,15 @@ test("the map follows the craft while the goal is open, and holds still while a 
   await expect(deadline).toHaveValue("9.9");
 });
 
+test("on a phone the state and a map stay on the screen while an order is given", async ({ page, service }) => {
+  await page.setViewportSize({ width: 390, height: 844 });
+  const { map, open, orders } = await opened(page, service);
+  await open("Keep-outs");
+  await orders.getByText("Route of an AUV").evaluate((last) => last.scrollIntoView({ block: "end" }));
+  for (const shown of [map, page.locator(".chips"), orders.getByRole("button", { name: "Add a disc" })]) await expect(shown).toBeInViewport({ ratio: 0.9 });
+  await expect(page.locator(".top")).not.toBeInViewport();
+});
+
 test("limits are typed in their units, and sent in SI units", async ({ page, service }) => {
   const { id, sent, orders, open, send, said } = await opened(page, service);
   await open("Limits");
@@ -174,6 +183,10 @@ test("limits are typed in their units, and sent in SI units", async ({ page, ser
   await expect(said).toHaveText("Orders: done");
   expect(sent[0].body.limits.speed_max_mps).toBe(0.3);
   expect(Math.abs(sent[0].body.limits.turn_rate_max_radps - Math.PI / 30)).toBeLessThan(1e-9);
+  // Numbers of an autopilot have single precision: its 1.2 m/s and 45.8 °/s.
+  await service.patch(`/v1/missions/${id}`, { limits: { speed_max_mps: Math.fround(1.2), turn_rate_max_radps: (Math.fround(45.8) * Math.PI) / 180 } });
+  await expect(orders.getByLabel("fastest speed, m/s")).toHaveValue("1.2");
+  await expect(orders.getByLabel("largest turn rate, °/s")).toHaveValue("45.8");
 });
 
 test("an order on a mission that was changed meanwhile is refused, kept, and sent again", async ({ page, service, complaints }) => {

@@ -290,7 +290,7 @@ test("a plan says what it does otherwise than line of sight, and why", () => {
   expect(explanation({ ...prediction, goal: track(0, 0, 0, 0) }, { heading: -0.1, speed: 0.2, method: "mpc" })).toBe("The plan steers 6° more to port than line of sight would: until 30\u00a0s from now it expects 20.0\u00a0m to the goal (RMS), by line of sight 45.0\u00a0m.");
   // The cost decides, and may be less where the distance is larger.
   const still = { ...prediction, goal: track(0, 0, 0, 0), cost: 10, line_of_sight_cost: 12, rms_m: 9.6, line_of_sight_rms_m: 3.7 };
-  expect(explanation(still, { heading: 0, speed: 0.5, method: "previous_plan" })).toBe("The plan steers 0.30\u00a0m/s faster than line of sight would: until 30\u00a0s from now that costs 10.0, line of sight 12.0; it expects 9.6\u00a0m to the goal (RMS), by line of sight 3.7\u00a0m.");
+  expect(explanation(still, { heading: 0, speed: 0.5, method: "previous_plan" })).toBe("The plan steers 0.30\u00a0m/s faster than line of sight would: until 30\u00a0s from now that costs 16.7\u00a0% less than line of sight; it expects 9.6\u00a0m to the goal (RMS), by line of sight 3.7\u00a0m.");
   // A law with other gains is no plan.
   for (const method of ["saturated_los", "hold"]) expect(explanation(still, { heading: 0, speed: 0.5, method })).toBe("");
 });

@@ -15,6 +15,12 @@ test("a snapshot's schedule is a strip, a tour on the map, a sentence and a tabl
     await expect(rows.nth(i).locator(".planned")).toHaveCount(schedule.visits.filter((visit) => visit.auv === auv).length);
     await expect(rows.nth(i).locator(".deadline")).toHaveCount(auv in request.goal.serve_by_s ? 1 : 0);
   }
+  // No name is cut, on a phone neither.
+  const isCut = () => rows.locator("b").evaluateAll((names) => names.some((name) => name.scrollWidth > name.clientWidth));
+  expect(await isCut()).toBe(false);
+  await page.setViewportSize({ width: 390, height: 844 });
+  expect(await isCut()).toBe(false);
+  await page.setViewportSize({ width: 1280, height: 800 });
   // The first visits are numbered, from the left.
   const lefts = await strip.locator(".planned").evaluateAll((bars) => bars.filter((bar) => bar.textContent).sort((a, b) => a.textContent - b.textContent).map((bar) => parseFloat(bar.style.left)));
   expect(lefts.length).toBeGreaterThanOrEqual(schedule.costs.length);

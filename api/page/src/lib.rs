@@ -77,12 +77,17 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "traffic" "visits"
 };
 
-/// Files that only live missions with orders and the API documentation load.
-pub const ON_DEMAND: [&str; 8] = [
+/// Files that only plans of a snapshot, live missions with orders and the API documentation load.
+pub const ON_DEMAND: [&str; 13] = [
+    "/copy_as.js",
+    "/editor.js",
     "/no_go_form.js",
     "/order_draft.js",
     "/order_form.js",
     "/order_map.js",
+    "/plan.js",
+    "/plan_picture.js",
+    "/plan_tables.js",
     "/route_form.js",
     "/docs",
     "/docs.css",

@@ -5,7 +5,6 @@ import { ask, askJson, door, isUnreachable, Refusal, useToken } from "./service.
 import { homeView } from "./home.js";
 import { missionView } from "./live.js";
 import { compareView } from "./compare.js";
-import { planView } from "./plan.js";
 import { themeChoice } from "./theme.js";
 
 /**
@@ -78,7 +77,10 @@ async function route() {
     };
     if (view === "mission") await missionView(main, context, decoded(id));
     else if (view === "compare") await compareView(main, context, parameters);
-    else if (view === "plan") planView(main, context, parameters);
+    else if (view === "plan") {
+      const { planView } = await import("./plan.js");
+      if (turn === shown) planView(main, context, parameters);
+    }
     else if (view === "") homeView(main, context);
     else fill(main, el("p", { class: "notice" }, "There is no such page. ", el("a", { href: "#/" }, "All missions")));
   } catch (error) {

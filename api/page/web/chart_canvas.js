@@ -5,8 +5,8 @@ import { number } from "./format.js";
 import { roundStep } from "./drawing.js";
 
 /**
- * Points of a curve, of which the first `length` are valid. NaN interrupts the curve.
- * @typedef {{ name: string, colour: string, dash?: "solid" | "dashed" | "dotted" | "dots", x: ArrayLike<number>, y: ArrayLike<number>, length: number, step?: boolean }} Curve
+ * Points of a curve, of which the first `length` are valid. NaN interrupts the curve, and points that are farther apart than `gap`.
+ * @typedef {{ name: string, colour: string, dash?: "solid" | "dashed" | "dotted" | "dots", x: ArrayLike<number>, y: ArrayLike<number>, length: number, gap?: number, step?: boolean }} Curve
  * @typedef {{ from: number, to: number, colour: string, name: string }} Band
  * @typedef {{ id: string, title: string, unit: string, curves: Curve[], bands?: Band[], down?: boolean, zero?: boolean, wrap?: "north" | "south" }} Chart
  * What happened at a moment of the common axis.
@@ -180,14 +180,14 @@ function drawCurve(context, curve, chart, scales, shown) {
 }
 
 /** @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Chart} chart @param {Scales} scales @param {number} first @param {number} last */
-function wholePath(context, { x, y, step }, { wrap }, scales, first, last) {
+function wholePath(context, { x, y, step, gap = Infinity }, { wrap }, scales, first, last) {
   let open = false, before = NaN;
   for (let i = first; i < last; i += 1) {
     if (!(y[i] === y[i])) {
       open = false;
       continue;
     }
-    const jumps = wrap && Math.abs(y[i] - before) > 180, px = scales.x(x[i]), py = scales.y(y[i]);
+    const jumps = wrap && Math.abs(y[i] - before) > 180 || x[i] - x[i - 1] > gap, px = scales.x(x[i]), py = scales.y(y[i]);
     if (open && !jumps) {
       if (step) context.lineTo(px, scales.y(before));
       context.lineTo(px, py);
@@ -197,7 +197,7 @@ function wholePath(context, { x, y, step }, { wrap }, scales, first, last) {
 }
 
 /** Least and greatest of each column of pixels: what a whole path would cover. @param {CanvasRenderingContext2D} context @param {Curve} curve @param {Chart} chart @param {Scales} scales @param {number} first @param {number} last */
-function thinnedPath(context, { x, y }, { wrap }, scales, first, last) {
+function thinnedPath(context, { x, y, gap = Infinity }, { wrap }, scales, first, last) {
   let column = NaN, low = 0, high = 0, open = false, end = NaN;
   const flush = () => {
     if (!(column === column)) return;
@@ -209,10 +209,12 @@ function thinnedPath(context, { x, y }, { wrap }, scales, first, last) {
   };
   for (let i = first; i < last; i += 1) {
     const value = y[i], at = Math.round(scales.x(x[i]));
-    if (!(value === value)) {
+    if (!(value === value) || x[i] - x[i - 1] > gap) {
       flush();
       [column, open] = [NaN, false];
-    } else if (at !== column) {
+    }
+    if (!(value === value)) continue;
+    if (at !== column) {
       flush();
       [column, low, high] = [at, value, value];
     } else if (value < low) low = value;

@@ -12,6 +12,8 @@ import { degrees, methodName } from "./format.js";
 
 /** Plans farther apart than this leave a gap in the strip of methods, s. */
 const GAP_S = 30;
+/** A gap in a curve is so many times its usual interval, which is that of so many samples, and at least so long, s. */
+const GAP_TIMES = 5, SAMPLES = 31, GAP_MIN_S = 5;
 /** An AUV that is always heard within so many seconds gets no chart of ages. */
 const AGE_SHOWN_S = 1.5;
 /** Colours of the methods. A previous plan has the planner's colour. */
@@ -53,13 +55,19 @@ function headings(series, name, low) {
   return known.values;
 }
 
+/** The interval that interrupts a curve: some times the usual one. @param {ArrayLike<number>} times @param {number} length */
+function gapOf(times, length) {
+  const some = Array.from({ length: SAMPLES }, (_, i) => 1 + Math.floor((i * (length - 1)) / SAMPLES)).map((i) => times[i] - times[i - 1]);
+  return Math.max(GAP_MIN_S, GAP_TIMES * some.sort((a, b) => a - b)[SAMPLES >> 1]);
+}
+
 /**
  * @param {Series} series @param {ArrayLike<number> | string} y @param {string} name @param {string} colour
  * @param {Partial<Curve>} [how]
  * @returns {Curve}
  */
 function curve(series, y, name, colour, how = {}) {
-  return { x: series.column("t"), y: typeof y === "string" ? series.column(y) : y, length: series.length, name, colour, ...how };
+  return { x: series.column("t"), y: typeof y === "string" ? series.column(y) : y, length: series.length, gap: gapOf(series.column("t"), series.length), name, colour, ...how };
 }
 
 /**

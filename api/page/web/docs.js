@@ -14,6 +14,8 @@ import { themeChoice } from "./theme.js";
 /** Headers of an answer that callers use. */
 const HEADERS = ["content-type", "etag", "location", "retry-after", "x-request-id", "allow", "www-authenticate", "deprecation"];
 
+/** What is looked for first comes first. */
+const FIRST = ["plan", "missions"];
 /** As much of an answer is shown, characters. */
 const SHOWN_MAX = 200_000;
 
@@ -228,7 +230,7 @@ function callView(call) {
 function showAll(document) {
   shapes = document.components?.schemas ?? {};
   const calls = callsOf(document).map((call) => ({ call, view: callView(call), words: [call.method, call.path, call.tag, call.brief, call.text].join(" ").toLowerCase() }));
-  const sections = [...new Set(calls.map(({ call }) => call.tag))].map((tag) => ({ tag, element: el("section", {}, el("h2", {}, tag), calls.filter(({ call }) => call.tag === tag).map(({ view }) => view)) }));
+  const sections = [...new Set(calls.map(({ call }) => call.tag))].sort((a, b) => (FIRST.indexOf(a) >>> 0) - (FIRST.indexOf(b) >>> 0)).map((tag) => ({ tag, element: el("section", {}, el("h2", {}, tag), calls.filter(({ call }) => call.tag === tag).map(({ view }) => view)) }));
   const found = el("span", { class: "said", role: "status" });
   const filter = () => {
     const wanted = search.value.toLowerCase().split(/\s+/).filter(Boolean);

@@ -29,7 +29,13 @@ export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_r
   const horizon = number(after_s.at(-1), 0, "s"), distances = `${number(rms_m, 1, "m")} to the goal (RMS), by line of sight ${number(line_of_sight_rms_m, 1, "m")}`;
   // The cost decides; a record of an earlier version does not have it.
   if (cost === undefined || line_of_sight_cost === undefined) return `${so}: until ${horizon} from now it expects ${distances}.`;
-  return `${so}: until ${horizon} from now that costs ${number(cost, 1)}, line of sight ${number(line_of_sight_cost, 1)}; it expects ${distances}.`;
+  return `${so}: until ${horizon} from now that costs ${besideLaw(cost, line_of_sight_cost)}; it expects ${distances}.`;
+}
+
+/** A predicted cost beside that of the law: bare costs have no unit that a person knows. @param {number} cost @param {number} law */
+export function besideLaw(cost, law) {
+  const less = 100 * (1 - cost / law);
+  return Math.abs(less) >= 0.05 ? `${number(Math.abs(less), 1, "%")} ${less > 0 ? "less" : "more"} than line of sight` : "as much as line of sight";
 }
 
 /** @param {import("./types.js").Avoidance} avoidance */

@@ -17,6 +17,11 @@ import { thumbnail, thumbnailKey } from "./thumbnail.js";
 const POLL_MS = 2_000;
 /** Missions on one page of the list, and missions shown at first. */
 const PAGE = 1_000, SHOWN = 50;
+/** Groups of scenarios by their names: each is in the first that it fits. @type {[string, RegExp][]} */
+const GROUPS = [
+  ["The paper's missions", /^paper/], ["Hand-overs and turns", /^(switching|about|anti|crowded|otter)/], ["Surveys", /^(survey|fast)/], ["Visits", /^visit/], ["Ranges", /^localise/],
+  ["Other vessels", /^traffic/], ["No-go areas", /^no-go/], ["Silence and faults", /^(silence|target|faults)/], ["Water and noise", /./],
+];
 /** Speed factor of a run from the gallery: fast enough to see it end, slow enough to watch. */
 const WATCHED_SPEED = 60;
 
@@ -27,7 +32,7 @@ const WATCHED_SPEED = 60;
 export function homeView(root, context) {
   const stop = new AbortController();
   context.onLeave(() => stop.abort());
-  const missions = el("div"), state = el("p", { class: "said", role: "status" }), gallery = el("ul", { class: "gallery" });
+  const missions = el("div"), state = el("p", { class: "said", role: "status" }), gallery = el("div");
   const more = el("button", { type: "button", hidden: true }, "Show all"), bell = new Bell(stop.signal);
   fill(root,
     el("header", { class: "home-head" }, el("h1", {}, "Where should the surface craft steer, so that it is above its AUVs?"),
@@ -35,7 +40,8 @@ export function homeView(root, context) {
     context.role === "read-only" && el("p", { class: "notice" }, "Read-only: with your token you can see everything and plan snapshots. To run scenarios and give orders you need an operator's token."),
     el("section", { "aria-labelledby": "missions-title" }, el("h2", { id: "missions-title" }, "Missions"), bell.element, state, missions, more),
     el("section", { "aria-labelledby": "gallery-title" }, el("h2", { id: "gallery-title" }, "Run a scenario"),
-      el("p", { class: "about" }, "Each picture shows a simulated run, beside the strongest line-of-sight law, tuned for the scenario where its card has one. ", el("label", {}, "Seed ", seedField())), thumbnailKey(), gallery),
+      el("p", { class: "about" }, "Each picture shows a simulated run, beside the strongest line-of-sight law; bars are distances to the goal (RMS). ",
+        el("label", {}, "Seed ", seedField()), " ", el("label", {}, "Find ", el("input", { type: "search", oninput: (/** @type {Event} */ event) => find(gallery, /** @type {HTMLInputElement} */ (event.target).value) }))), thumbnailKey(), gallery),
     el("section", { "aria-labelledby": "plan-title" }, el("h2", { id: "plan-title" }, "Plan one snapshot"),
       el("p", {}, el("a", { href: "#/plan" }, "Edit a snapshot of your vehicles as JSON"), " and see the plan, the line-of-sight laws and an explanation.")));
   showGallery(gallery, context, stop.signal);
@@ -55,15 +61,28 @@ function seedOf() {
 async function showGallery(gallery, context, signal) {
   try {
     const { scenarios } = await askJson("/gallery.json", { signal });
-    fill(gallery, scenarios.map((/** @type {any} */ scenario) => card(scenario, context)));
+    const groupOf = (/** @type {{ name: string }} */ { name }) => GROUPS.find(([, fits]) => fits.test(name));
+    fill(gallery, GROUPS.map((group, i) => el("details", { open: !i }, el("summary", {}, group[0]),
+      el("ul", { class: "gallery" }, scenarios.filter((/** @type {any} */ scenario) => groupOf(scenario) === group).map((/** @type {any} */ scenario) => card(scenario, context))))));
   } catch (error) {
-    if (!signal.aborted) fill(gallery, el("li", { class: "notice" }, `The scenarios could not be loaded: ${error}`));
+    if (!signal.aborted) fill(gallery, el("p", { class: "notice" }, `The scenarios could not be loaded: ${error}`));
   }
+}
+
+/** Shows the scenarios with `words`, or all groups again. @param {HTMLElement} gallery @param {string} words */
+function find(gallery, words) {
+  const wanted = words.toLowerCase().split(/\s+/);
+  gallery.querySelectorAll("details").forEach((group, i) => {
+    const cards = [...group.querySelectorAll("li")];
+    for (const each of cards) each.hidden = !wanted.every((word) => each.textContent?.toLowerCase().includes(word));
+    group.hidden = cards.every((each) => each.hidden);
+    group.open = words ? !group.hidden : !i;
+  });
 }
 
 /** @param {any} scenario @param {Context} context */
 function card(scenario, context) {
-  const { rms_m, settled_rms_m, law } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
+  const { rms_m, law = "saturated_los" } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
   const run = el("button", {
     type: "button", class: "primary", disabled: forbidden, "aria-label": `Run ${scenario.name}`, onclick: async () => {
       fill(said, "Starting…");
@@ -78,10 +97,9 @@ function card(scenario, context) {
     },
   }, "Run");
   const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
-  const scored = law ? `; RMS distance to the goal, whole mission and settled: planner ${number(rms_m[0], 2)}, ${number(settled_rms_m[0], 2, "m")}; ${methodName(law)}, tuned, ${number(rms_m[1], 2)}, ${number(settled_rms_m[1], 2, "m")}`
-    : rms_m ? `; RMS distance to the goal, whole mission: planner ${number(rms_m[0], 2, "m")}; line of sight, not tuned, ${number(rms_m[1], 2, "m")}` : "";
+  const bar = (/** @type {string} */ colour, /** @type {string} */ name, /** @type {number} */ value) => el("p", { class: "bar", style: `--bar: var(--${colour}); --share: ${(100 * value) / Math.max(...rms_m)}%` }, `${number(value, 2, "m")} ${name}`);
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
-    el("p", { class: "about" }, duration(scenario.duration_s) + scored),
+    el("p", { class: "about" }, duration(scenario.duration_s)), rms_m && [bar("plan", "planner", rms_m[0]), bar("los", `${methodName(law)}${scenario.law ? ", tuned" : ""}`, rms_m[1])],
     el("div", { class: "row" }, run, compare), said);
 }
 

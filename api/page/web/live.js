@@ -1,7 +1,7 @@
 // A mission of the service: its past from the record, its present from the event stream, and orders to it.
 
 import { el, fill, named } from "./dom.js";
-import { day, number } from "./format.js";
+import { day, methodName, number } from "./format.js";
 import { ageMax, ageWords, KNOWN_S, stateOf, tabTitle } from "./alarm.js";
 import { ask, askJson, follow, lines, Patience, Refusal } from "./service.js";
 import { Recording } from "./recording.js";
@@ -285,7 +285,7 @@ class LiveMission {
     this.orders.became(mission);
     const { scene = {}, created_s } = mission;
     const given = scene.information ? [" · information given: ", scene.information] : [];
-    fill(this.about, mission.kind === "simulated" ? `simulated, ${scene.scenario ?? "own scenario"}, seed ${scene.seed ?? 1}` : "live", created_s ? ` · created ${day(created_s)}` : "", ...given);
+    fill(this.about, mission.kind === "simulated" ? `simulated, ${scene.scenario ?? "own scenario"}, seed ${scene.seed ?? 1}${scene.controller ? `, controller: ${methodName(scene.controller)}` : ""}` : "live", created_s ? ` · created ${day(created_s)}` : "", ...given);
     this.drawState();
   }
 

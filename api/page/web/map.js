@@ -12,8 +12,8 @@ import { Measure } from "./measure.js";
  * @typedef {import("./types.js").Frame} Frame
  */
 
-/** Margin around the fitted content, pixels. */
-const MARGIN_PX = 56;
+/** Margin around the fitted content, and more of it above, where the buttons are, pixels. */
+const MARGIN_PX = 56, BUTTONS_PX = 20;
 /** Least extent of a fitted view, m. */
 const EXTENT_MIN_M = 30;
 const SCALE_MIN = 0.0005, SCALE_MAX = 200;
@@ -138,9 +138,10 @@ export class MapView {
     const margin = Math.min(MARGIN_PX, width / 6);
     this.placed = true;
     Object.assign(frame, {
-      north: (bounds.south + bounds.northern) / 2, east: (bounds.west + bounds.eastern) / 2,
-      scale: Math.min((width - 2 * margin) / extent(bounds.west, bounds.eastern), (height - 2 * margin) / extent(bounds.south, bounds.northern)),
+      east: (bounds.west + bounds.eastern) / 2,
+      scale: Math.min((width - 2 * margin) / extent(bounds.west, bounds.eastern), (height - 2 * margin - BUTTONS_PX) / extent(bounds.south, bounds.northern)),
     });
+    frame.north = (bounds.south + bounds.northern) / 2 + BUTTONS_PX / 2 / frame.scale;
   }
 
   /**

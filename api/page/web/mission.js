@@ -8,10 +8,11 @@ import { PLAY_SPEEDS, Playback } from "./playback.js";
 import { pictureAt, violationWords } from "./picture.js";
 import { beliefsOf } from "./beliefs.js";
 import { chartsOf } from "./curves.js";
-import { explanation } from "./explanation.js";
+import { besideLaw, explanation } from "./explanation.js";
 import { chartEvents } from "./journal.js";
 import { vesselsOf, vesselTable } from "./traffic.js";
 import { visitsAt, VisitStrip } from "./visits.js";
+import { pictureBounds } from "./drawing.js";
 import { NO_BACKGROUND, backgroundOf, placeOnEarth } from "./background.js";
 import { MapView } from "./map.js";
 import { ChartStack } from "./chart.js";
@@ -29,6 +30,8 @@ const LOG_SHOWN = 200;
 const LOG_HELD_MS = 200;
 /** Time shown around the worst minute, s. */
 const AROUND_S = 90;
+/** What is so many times as long as wide is tall. */
+const TALL = 1.5;
 
 /** @type {[keyof Layers, string, boolean][]} */
 const LAYERS = [
@@ -105,10 +108,10 @@ export class MissionView {
     this.warnings = el("ul", { class: "warnings" });
     this.vessels = el("section", { class: "panel", "aria-labelledby": "vessels-title", hidden: true });
     this.log = el("ol", { class: "log", tabIndex: 0, "aria-label": "Log, newest first" });
-    const maps = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
+    const maps = this.places = el("div", { class: this.options.sideBySide ? "maps side-by-side" : "maps" });
     /** What the legend has. @type {string} */
     this.keyed = "\n";
-    this.empty = el("p", { class: "empty", hidden: true }, "No plan and no fix yet.");
+    this.empty = el("div", { class: "empty", hidden: true }, beginning(this.runs[0].recording));
     this.visits = new VisitStrip();
     this.key = el("ul", { class: "legend", "aria-label": "Legend" });
     const several = this.runs.length > 1;
@@ -230,6 +233,9 @@ export class MissionView {
       this.keyed = names;
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
+        // What is long from north to south gets tall maps.
+        const bounds = pictureBounds(pictures[0]);
+        this.places?.classList.toggle("tall", Boolean(bounds && bounds.northern - bounds.south > TALL * (bounds.eastern - bounds.west)));
         this.charts?.setCharts(chartsOf(this.runs));
         this.drawnVersion = version;
       }
@@ -284,8 +290,8 @@ export class MissionView {
       ["distance to the goal", number(goal.at("distance", t), 1, "m")],
       ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
       ["heading, reference", `${bearing(craft.at("heading", t))}, ${bearing(value("heading"))}`],
-      ...believed?.cost !== undefined ? [["predicted cost, least answers", beside(number(believed.cost, 0), number(believed.line_of_sight_cost, 0))]] : [],
-      [believed?.cost === undefined ? "predicted RMS distance" : "RMS distance in it", beside(number(believed?.rms_m ?? value("rms"), 1, "m"), number(believed?.line_of_sight_rms_m, 1, "m"))],
+      ...believed?.cost !== undefined ? [["predicted cost", besideLaw(believed.cost, believed.line_of_sight_cost ?? NaN)]] : [],
+      ["predicted RMS distance", beside(number(believed?.rms_m ?? value("rms"), 1, "m"), number(believed?.line_of_sight_rms_m, 1, "m"))],
       ["solve time, lag", `${number(value("solve_ms"), 1, "ms")}, ${number(value("late_s") * 1000, 0, "ms")}`],
       ...earth ? [["surface craft", `${number(earth.lat_deg, 6, "°")}, ${number(earth.lon_deg, 6, "°")}`]] : [],
       ...Array.from(recording.ages, ([id, ages]) => [`${id} heard`, `${duration(ages.at("age", t) + (Number.isFinite(since) ? since : 0))} ago`]),
@@ -311,6 +317,19 @@ export class MissionView {
       el("button", { type: "button", class: "time", onclick: () => { this.playback.pause(); this.playback.seek(entry.t_s); } }, moment(entry.t_s, this.live)),
       " ", el("strong", {}, entry.kind.replaceAll("_", " ")), entry.name && [" · ", named(entry.name)], entry.text && [": ", named(entry.text)])));
   }
+}
+
+/** What a mission without a plan waits for. @param {import("./recording.js").Recording} recording */
+function beginning({ live, mission: { id }, scene }) {
+  if (!live) return [el("p", {}, "No plan yet.")];
+  const ids = scene.auvs ?? [], { origin } = location, auvs = ids.map((name, i) => `--auv ${i + 2}='${name}'`).join(" ");
+  const report = `"t_s":'$(date +%s)',`, at = `"north_m":0,"east_m":0`;
+  const body = `{"auvs":{"${ids[0] ?? "auv-1"}":[{${report}${at},"sigma_m":2}]},"asc":[{${report}"state":{${at},"heading_rad":0,"speed_mps":0}}]}`;
+  return [
+    el("p", {}, "No plan yet: the mission has to run, and waits for fixes of its AUVs and the state of its craft. A bridge reports them:"),
+    el("pre", { class: "code" }, `pilotfish bridge mavlink --url ${origin} --mission ${id} --connect serial:/dev/ttyACM0:115200 ${auvs}`),
+    el("p", {}, "So does any other program:"), el("pre", { class: "code" }, `curl -s ${origin}/v1/missions/${id}/reports -H 'content-type: application/json' -d '${body}'`),
+  ];
 }
 
 /** @param {HTMLElement | undefined} list @param {string[][]} pairs */

@@ -141,7 +141,7 @@ export class OrderForm {
     return this.field(path, label, input, () => {
       if (this.typing === input) return;
       const value = valueAt(this.draft.now, path);
-      input.value = typeof value === "number" ? String(Number(shown(value).toPrecision(12))) : "";
+      input.value = typeof value === "number" ? String(unpadded(shown(value))) : "";
     }, how.timed);
   }
 
@@ -303,4 +303,10 @@ export class OrderForm {
     this.handles = this.fieldset.disabled ? [] : handlesOf(this.section, this.draft.now, picture);
     return orderOverlay(this.section, this.draft, this.handles, picture);
   }
+}
+
+/** A number without the digits that single precision adds to it: an autopilot's 1.2 m/s comes as 1.2000000476837158. @param {number} value */
+function unpadded(value) {
+  const short = Number(value.toPrecision(7));
+  return Math.abs(Math.fround(short) - value) <= 1e-12 * Math.abs(value) ? short : Number(value.toPrecision(12));
 }

@@ -23,6 +23,7 @@ const VISIT_STEPS = [60, 120, 300, 600, 900, 1800, 3600, 7200, 14_400], STEPS_MA
 const STOPS_MAX = 9;
 /** Alternatives in words, the best ones. */
 const ALTERNATIVES_MAX = 3;
+const PINNED = " · pinned";
 const LEFT_OUT = { silent: "not heard", out_of_reach: "out of reach", too_deep: "too deep" };
 
 /** Of each recording, what its craft served among the plans looked at. @type {WeakMap<import("./recording.js").Recording, { within: number, looked: number, found: Service[] }>} */
@@ -126,8 +127,9 @@ export class VisitStrip {
     const most = Math.max(...this.served.map(({ cost }) => cost || 0), ...visits.map(({ cost_before }) => cost_before));
     const x = (/** @type {number} */ t) => Math.min(Math.max((t - from) / (to - from), 0), 1) * 100;
     const bar = (/** @type {string} */ kind, /** @type {number} */ start, /** @type {number} */ end, /** @type {string} */ title, text = "") => from <= end && start <= to && el("i", { class: kind, title, style: `left: ${x(start)}%; width: ${x(end) - x(start)}%` }, text);
+    this.rows.style.setProperty("--names", `min(${Math.max(...this.served.map(({ auv }) => `${auv}${goal?.next === auv ? PINNED : ""}`.length)) + 1}ch, 42%)`);
     fill(this.sentence, schedule ? named(schedule.sentence) : "");
-    fill(this.rows, this.served.map((served) => el("div", { class: "visits-row" }, el("b", {}, named(served.auv), goal?.next === served.auv && " · pinned"),
+    fill(this.rows, this.served.map((served) => el("div", { class: "visits-row" }, el("b", {}, named(served.auv), goal?.next === served.auv && PINNED),
       el("div", { class: "lane", style: `color: var(--${auvColour(shown.order.indexOf(served.auv))})` },
         costCurve(visits.filter(({ auv }) => auv === served.auv), [now, served.cost], ([t, cost]) => [x(t), 100 - 90 * (cost / most || 0)]),
         past.map(({ auv, from: start, to: end }) => auv === served.auv && bar("past", start, end, `${auv}, served ${clock(start)} to ${clock(end)}`)),

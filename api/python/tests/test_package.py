@@ -19,8 +19,11 @@ LINES_MAX = 14
 
 
 def test_the_version_is_the_workspaces():
-    workspace = tomllib.loads((PACKAGE.parents[1] / "Cargo.toml").read_text(encoding="utf-8"))
+    root = PACKAGE.parents[1]
+    workspace = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))
     assert pilotfish.__version__ == workspace["workspace"]["package"]["version"]
+    for file, has_it in [("CITATION.cff", "\nversion: {}\n"), ("api/ros2/package.xml", "<version>{}</version>")]:
+        assert has_it.format(pilotfish.__version__) in (root / file).read_text(encoding="utf-8"), file
 
 
 @pytest.mark.soak

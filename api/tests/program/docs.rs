@@ -30,7 +30,8 @@ pub(crate) fn pages() -> Vec<Page> {
     let docs = fs::read_dir(root().join("docs")).expect("there is a folder of pages");
     let docs = docs.map(|entry| entry.expect("can be listed").file_name());
     let docs = docs.map(|name| format!("docs/{}", name.into_string().expect("is text")));
-    let others = ["README.md", "ARCHITECTURE.md"].map(str::to_owned).into_iter();
+    let others =
+        ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"].map(str::to_owned).into_iter();
     let guides = ["examples", "api/python", "api/ros2"].map(|folder| format!("{folder}/README.md"));
     let page = |name: String| Page {
         text: fs::read_to_string(root().join(&name)).expect("the page is there"),
