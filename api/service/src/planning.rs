@@ -9,3 +9,4 @@ pub(crate) mod plan;
 pub(crate) mod planners;
 pub(crate) mod pool;
 pub mod route_files;
+pub(crate) mod valid_request;

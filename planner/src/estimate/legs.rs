@@ -132,6 +132,11 @@ const DEVIATIONS_INSIDE: f64 = 3.0;
 const RETURNS_MIN: f64 = 3.0;
 
 impl PastWork {
+    /// That of a vehicle without a past, which turns after `between_turns` seconds at the mean.
+    pub(crate) fn unknown(between_turns: f64) -> Self {
+        Self { between_turns, area: None }
+    }
+
     /// The work along a `track` with turns of a vehicle that is `here` now.
     ///
     /// ```text

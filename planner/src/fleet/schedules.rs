@@ -7,6 +7,10 @@ use crate::visit::fleet::{Candidate, Fleet, SchedulingParameters};
 use crate::visit::memory::Memory;
 use crate::visit::schedule::Scheduler;
 
+/// Mean time until an AUV turns that has not turned yet, s: straight on for half an hour, AUVs at
+/// work would be assigned by where they never come.
+const FIRST_TURN: f64 = 300.0;
+
 /// Visits tried for the cost of a set of AUVs.
 const TRIED: usize = 60;
 
@@ -32,6 +36,7 @@ impl Schedules {
             horizon_min: least,
             horizon_max: most,
             horizon_tours: given.horizon_tours / n_craft,
+            first_turn: Some(FIRST_TURN),
             ..given.clone()
         };
         let memory = Memory::of(snapshot, visits);

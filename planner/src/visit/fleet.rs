@@ -32,6 +32,9 @@ pub struct SchedulingParameters {
     pub keep_margin: f64,
     /// Price of a missed deadline, as a multiple of the cost without any service.
     pub deadline_price: f64,
+    /// Mean time until the first turn of an AUV of which none was seen, s; without it, it goes
+    /// straight on.
+    pub first_turn: Option<f64>,
 }
 
 impl Default for SchedulingParameters {
@@ -45,6 +48,7 @@ impl Default for SchedulingParameters {
             keep_margin: 0.03,
             // Exceeds any benefit of missing a deadline.
             deadline_price: 10.0,
+            first_turn: None,
         }
     }
 }
@@ -132,7 +136,8 @@ impl Fleet {
                 PastWork::of(
                     &snapshot.estimates()[member.auv].track,
                     &forecasts[member.auv].at(0.0).position,
-                ),
+                )
+                .or(parameters.first_turn.map(PastWork::unknown)),
                 horizon,
                 &craft.current,
                 frame,

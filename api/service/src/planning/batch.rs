@@ -18,8 +18,8 @@ use crate::edge::request_id::RequestId;
 use crate::limits::{BATCH_MAX, BODY_BYTES_MAX};
 use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
-use crate::planning::plan::{Context, ValidRequest, answer, written};
 use crate::planning::planners::{Planned, Planners};
+use crate::planning::valid_request::{Context, ValidRequest, answer, written};
 use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
 
 /// Snapshots to plan for, independently of each other.

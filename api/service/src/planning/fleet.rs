@@ -11,8 +11,8 @@ use crate::edge::body::BodyBytes;
 use crate::edge::problem::Problem;
 use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
-use crate::planning::plan::{Context, ValidRequest, answer};
 use crate::planning::planners::{Planned, Planners};
+use crate::planning::valid_request::{Context, ValidRequest, answer};
 use wire::{CraftPlan, FleetRequest, FleetResponse, Outcome, SCHEMA_VERSION, VehicleId, Vessel};
 
 /// Share of the time within which AUVs are estimated and assigned: a third.

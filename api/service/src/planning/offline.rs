@@ -15,9 +15,9 @@ use crate::edge::arrival::Arrival;
 use crate::edge::problem::Problem;
 use crate::limits::BODY_BYTES_MAX;
 use crate::planning::deadline::Deadline;
-use crate::planning::plan::{ValidRequest, answer, check_fallback};
 use crate::planning::planners::Planned;
 use crate::planning::pool::Caller;
+use crate::planning::valid_request::{ValidRequest, answer, check_fallback};
 use wire::{PlanRequest, PlanResponse};
 
 /// No limit: a day.

@@ -16,8 +16,8 @@ use crate::edge::problem::{Problem, Refusals};
 use crate::edge::query::{ValidQuery, wrong_parameter};
 use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
-use crate::planning::plan::written;
 use crate::planning::planners::Planners;
+use crate::planning::valid_request::written;
 use wire::{FieldError, Origin};
 
 /// A route of a file.
