@@ -6,7 +6,7 @@ use pilotfish_planner::{
     craft::{Craft, CraftDescription},
     parameters::Parameters,
     plan::{Plan, SoftLimit, Workspace, plan},
-    snapshot::{Asc, Auv, AuvState, Goal, Limits, NoGo, PlanRequest, PreviousPlan, Snapshot},
+    snapshot::{Asc, Auv, AuvState, Goal, LeftOut, Limits, NoGo, PlanRequest, PreviousPlan, Snapshot},
 };
 
 /// A bay that opens to the south, with its back to the north.
@@ -122,4 +122,23 @@ fn a_visit_takes_the_way_round_into_its_time() {
     // The way keeps a metre or so off each of the three corners.
     let longer = (round - arrival(&request)) * Limits::MEDUSA.speed_max;
     assert!((taut - straight..taut - straight + 8.0).contains(&longer), "{longer} {}", taut - straight);
+}
+
+#[test]
+fn an_auv_to_which_no_way_leads_is_out_of_reach_and_the_others_are_visited() {
+    let visits =
+        serde_json::json!({ "auvs": ["a", "b"], "costs_now": { "a": 900.0, "b": 1.0 }, "within_m": 1.0 });
+    let mut request = scene([-10.0, 4.0], [60.0, 0.0]);
+    request.auvs.push(Auv::new("b", AuvState::new([20.0, 3.0].into(), 5.0, Course::new(0.0), 0.0)));
+    request.goal = Goal::Visit(serde_json::from_value(visits).expect("visits")).into();
+    let first = |request: &PlanRequest| {
+        let schedule = planned(request, &mut Workspace::default()).1.schedule.expect("the goal visits");
+        let left_out: Vec<_> = schedule.costs.iter().map(|known| known.left_out).collect();
+        (schedule.visits[0].auv.0.clone(), left_out)
+    };
+    assert_eq!(first(&request), ("a".to_owned(), vec![None, None]));
+    // An atoll about the first one.
+    let square = |by: f64| vec![[60.0 - by, -by], [60.0 - by, by], [60.0 + by, by], [60.0 + by, -by]];
+    request.no_go.push(NoGo { holes: vec![square(10.0)], ..NoGo::new(square(20.0)) });
+    assert_eq!(first(&request), ("b".to_owned(), vec![Some(LeftOut::OutOfReach), None]));
 }

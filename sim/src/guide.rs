@@ -28,6 +28,8 @@ pub struct Guidance {
     pub predicted_rms: Option<f64>,
     /// Index in the snapshot of the AUV that its schedule serves, if it has a schedule.
     pub serves: Option<usize>,
+    /// Heading by which it keeps clear of other vessels, rad, while it manoeuvres for them.
+    pub manoeuvre: Option<f64>,
     /// Computing time, if the caller measured it; the simulator has no clock.
     pub solve_time: Option<Duration>,
 }
@@ -135,6 +137,7 @@ impl Guide for LosGuide {
             method: Some(Method::from(self.tracking.law())),
             predicted_rms: None,
             serves: served(snapshot, schedule),
+            manoeuvre: None,
             solve_time: None,
         })
     }
@@ -144,6 +147,11 @@ impl Guide for LosGuide {
 pub fn served(snapshot: &Snapshot, schedule: Option<&Schedule>) -> Option<usize> {
     let next = schedule?.next()?;
     snapshot.auvs.iter().position(|auv| auv.id == *next)
+}
+
+/// Heading by which `plan` keeps clear of other vessels, rad, if it manoeuvres for them.
+pub fn manoeuvre(plan: &Plan) -> Option<f64> {
+    Some(plan.avoidance.as_ref()?.manoeuvre.as_ref()?.heading_rad)
 }
 
 /// The planner with its previous plan.
@@ -191,6 +199,7 @@ impl Guide for MpcGuide {
             method: Some(plan.method),
             predicted_rms: Some(plan.predicted.rms_error_m),
             serves: served(&snapshot, plan.schedule.as_ref()),
+            manoeuvre: manoeuvre(&plan),
             solve_time: None,
         };
         self.last = Some((snapshot, plan));

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
 use planner::{
+    angle::{direction, wrap},
     los::Reference,
     plan::Method,
     snapshot::{KeepOut, VESSEL_SEPARATION_DEFAULT, no_go_depths},
@@ -11,6 +12,9 @@ use planner::{
 use serde::Serialize;
 
 use crate::record::{AuvRow, NavigationRow, Record, Row, SurfaceCraftRow, VesselRow};
+
+/// Distance from a vessel's side within which it is passed, m.
+const PASSED_WITHIN: f64 = 200.0;
 
 /// A mission's metrics.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +72,16 @@ pub struct TrafficMetrics {
     pub least_m: f64,
     /// Nearer than the distance to keep.
     pub too_near_m: Violation,
+    /// Vessels that were nearest, and within 200 m of their side, on the craft's port side.
+    pub passed_to_port: usize,
+    /// The same on its starboard side.
+    pub passed_to_starboard: usize,
+    /// Turn from the heading to that of the first manoeuvre, rad, positive to starboard.
+    pub first_turn_rad: Option<f64>,
+    /// Root mean square distance to the goal during manoeuvres, m.
+    pub manoeuvring_rms_m: Option<f64>,
+    /// Root mean square distance to the goal after the last manoeuvre, m.
+    pub afterwards_rms_m: Option<f64>,
 }
 
 /// The AUVs' own navigation once settled, over time and AUVs.
@@ -207,15 +221,43 @@ impl SurfaceCraftMetrics {
 
 impl TrafficMetrics {
     fn of(record: &Record) -> Option<Self> {
-        let least = |row: &Row| {
-            let craft = row.surface_craft.as_ref().map(|craft| craft.position);
-            let side = |vessel: &VesselRow| Some((craft? - vessel.position).norm() - 0.5 * vessel.length);
-            row.vessels.iter().filter_map(side).reduce(f64::min)
+        let side = |row: &Row, vessel: &VesselRow| {
+            let craft = row.surface_craft.as_ref()?;
+            Some((craft.position - vessel.position).norm() - 0.5 * vessel.length)
         };
+        let least = |row: &Row| row.vessels.iter().filter_map(|vessel| side(row, vessel)).reduce(f64::min);
         let least_m = record.rows.iter().filter_map(least).reduce(f64::min)?;
         let kept = record.bounds.vessel_separation.unwrap_or(VESSEL_SEPARATION_DEFAULT);
         let too_near = |row: &Row| least(row).map_or(0.0, |least| kept - least);
-        Some(Self { least_m, too_near_m: Violation::of(record, &too_near) })
+        // How far to starboard a vessel was when it was nearest, unless it still came nearer.
+        let passed = |vessel: usize| {
+            let off: Option<Vec<f64>> =
+                record.rows.iter().map(|row| side(row, &row.vessels[vessel])).collect();
+            let off = off?;
+            let nearest = (0..off.len()).min_by(|a, b| off[*a].total_cmp(&off[*b]))?;
+            let row = &record.rows[nearest];
+            let craft = row.surface_craft.as_ref()?;
+            let there = row.vessels[vessel].position - craft.position;
+            (off[nearest] < PASSED_WITHIN && nearest + 1 < off.len())
+                .then(|| direction(craft.heading).perp(&there))
+        };
+        let sides: Vec<f64> = (0..record.vessel_ids.len()).filter_map(passed).collect();
+        let rows: Vec<&SurfaceCraftRow> = record.surface_craft_rows().map(|(_, row)| row).collect();
+        let first = rows.iter().find_map(|row| Some(wrap(row.manoeuvre? - row.heading)));
+        let last = rows.iter().rposition(|row| row.manoeuvre.is_some());
+        let distance = |rows: &mut dyn Iterator<Item = &&SurfaceCraftRow>| {
+            let distances: Vec<f64> = rows.map(|row| row.distance()).collect();
+            (!distances.is_empty()).then(|| rms(&distances))
+        };
+        Some(Self {
+            least_m,
+            too_near_m: Violation::of(record, &too_near),
+            passed_to_port: sides.iter().filter(|side| **side < 0.0).count(),
+            passed_to_starboard: sides.iter().filter(|side| 0.0 <= **side).count(),
+            first_turn_rad: first,
+            manoeuvring_rms_m: distance(&mut rows.iter().filter(|row| row.manoeuvre.is_some())),
+            afterwards_rms_m: last.and_then(|last| distance(&mut rows[last + 1..].iter())),
+        })
     }
 }
 

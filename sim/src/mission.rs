@@ -226,6 +226,7 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         bounds: start.bounds.clone(),
         faults: start.world.faults.0.clone(),
         auv_ids: auvs.iter().map(|auv| auv.id.to_string()).collect(),
+        vessel_ids: start.world.vessels.iter().map(|vessel| vessel.id.clone()).collect(),
         paths: auvs.iter().map(path_points).collect(),
         rows: vec![],
     }
@@ -292,6 +293,7 @@ fn surface_craft_row(
         reference: guidance.reference,
         method: guidance.method,
         serves: guidance.serves,
+        manoeuvre: guidance.manoeuvre,
         predicted_rms: guidance.predicted_rms,
         solve_ms: guidance.solve_time.map(|time| 1e3 * time.as_secs_f64()),
     }

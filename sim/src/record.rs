@@ -43,7 +43,9 @@ pub struct Record {
     pub faults: Vec<Fault>,
     /// Names of the underwater vehicles, in the order of [`Row::auvs`].
     pub auv_ids: Vec<String>,
-    /// Their paths in the same order: points (north, east), m, 1 m apart up to 10,000 points.
+    /// Names of the other vessels, in the order of [`Row::vessels`].
+    pub vessel_ids: Vec<String>,
+    /// Paths of the underwater vehicles, in the order of their names: points (north, east), m, 1 m apart up to 10,000 points.
     pub paths: Vec<Vec<Vector2<f64>>>,
     /// One row a tick, from the start on.
     pub rows: Vec<Row>,
@@ -147,6 +149,8 @@ pub struct SurfaceCraftRow {
     pub method: Option<Method>,
     /// Index of the underwater vehicle that the guide goes to, if it chooses one.
     pub serves: Option<usize>,
+    /// Heading by which it keeps clear of other vessels, rad, while it manoeuvres for them.
+    pub manoeuvre: Option<f64>,
     /// Predicted root mean square distance to the goal over the horizon, m, if the guide predicts.
     pub predicted_rms: Option<f64>,
     /// Computing time of the guide, ms, if measured.

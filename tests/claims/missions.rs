@@ -534,6 +534,29 @@ mod slow {
     }
 
     #[tokio::test(start_paused = true)]
+    async fn events_and_record_of_a_simulated_mission_have_the_simulator_s_vessels() {
+        let service = Service::start().await;
+        let mission = service.create(&simulated("traffic-anchored")).await;
+        service.order(&mission, "step", json!({ "ticks": 20 })).await;
+        let scenario = Scenario::named("traffic-anchored").expect("exists");
+        let mut guide = MpcGuide::new(Parameters::default());
+        let mut flown = mission::run(&scenario.lasting(150.0), &mut guide, 1, &mut |_| {}).expect("flies");
+        flown.rows.truncate(20);
+        assert!(1 < flown.vessel_ids.len());
+        service.assert_is(&mission, &flown).await;
+        let rows = service.record(&mission, "ndjson").await;
+        let rows: Vec<_> = rows.iter().filter(|row| row["kind"] == "vessel").collect();
+        assert_eq!(rows.len(), 20 * flown.vessel_ids.len());
+        for (id, vessel) in flown.vessel_ids.iter().zip(&flown.rows[19].vessels) {
+            let last = rows.iter().rfind(|row| row["vehicle"] == **id).expect("is there");
+            let found = ["t_s", "north_m", "east_m", "course_rad", "speed_mps", "length_m"]
+                .map(|member| number(&last[member]));
+            let [north, east] = vessel.position.into();
+            assert_eq!(found, [flown.rows[19].time, north, east, vessel.course, vessel.speed, vessel.length]);
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
     async fn a_law_s_mission_equals_the_simulator_s_and_replays_equal() {
         for (name, law) in [
             ("saturated_los", LosLaw::SaturatedLos),

@@ -19,7 +19,7 @@ mod setting;
 pub use new::{Controller, Live, LiveAuv, NewMission, Simulated};
 pub use order::{Order, OrderList, Run, Step};
 pub use report::{Accepted, AscReport, LastSteering, Note, Reports, Steering, SteeringState};
-pub use scene::{Scene, SceneFault, TrueVehicle, Truth};
+pub use scene::{Scene, SceneFault, TrueVehicle, TrueVessel, Truth};
 pub use setting::{ChangedPath, Setting};
 
 /// Status of a mission.

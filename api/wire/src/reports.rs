@@ -30,7 +30,8 @@ pub fn read_reports(
     for item in items {
         // A rejected report sets no origin.
         let before = positions.clone();
-        match item.read(&mut positions, &faults) {
+        let faults = |one: &Reports| [plan_of_another_datum(one, origin), faults(one)].concat();
+        match item.read(&mut positions, faults) {
             Ok(one) => reports.extend(one),
             Err(faults) => {
                 positions = before;
@@ -44,6 +45,15 @@ pub fn read_reports(
     reports.auvs.retain(|_, fixes| !fixes.is_empty());
     reports.origin = positions.origin.filter(|_| origin.is_none());
     Ok((reports, rejected))
+}
+
+/// The fault of a vessel whose place sets the origin, and whose plan is in metres from another one.
+fn plan_of_another_datum(one: &Reports, origin: Option<Origin>) -> Vec<FieldError> {
+    let is_mixed = |vessel: &&Vessel| origin.is_none() && vessel.lat_deg.is_some() && !vessel.plan.is_empty();
+    let detail = "in metres from an `origin` that the mission does not have yet: give `origin` in the mission, or \
+                  leave the plan out until a report has set it";
+    let fault = |_| FieldError::new("/traffic/0/plan".to_owned(), "no_origin", detail);
+    one.traffic.iter().filter(is_mixed).map(fault).collect()
 }
 
 /// A report in a body.
@@ -211,6 +221,24 @@ mod tests {
         let (heard, rejected) = read(&body, Some(origin(-17.0, 180.0))).expect("is read");
         assert_eq!((rejected, heard.auvs["a"][0].from), (vec![], Some([3.0, 4.0])));
         assert!((heard.auvs["a"][1].position().x - 110.66).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_plan_in_metres_is_refused_beside_the_place_that_sets_the_origin() {
+        let vessel = |plan: Value| json!({ "id": "a", "lat_deg": -17.0, "lon_deg": 180.0, "plan": plan });
+        let one =
+            |vessel: Value| json!({ "traffic": [vessel, { "id": "b", "lat_deg": -17.1, "lon_deg": 180.0 }] });
+        let body = one(vessel(json!([[60.0, 10.0, 0.0]]))).to_string();
+        let (heard, rejected) = read(&body, None).expect("is read");
+        let wrong = &rejected[0][0];
+        assert_eq!((&*wrong.pointer, &*wrong.code, rejected.len()), ("/traffic/0/plan", "no_origin", 1));
+        // The other vessel sets the origin.
+        assert_eq!((heard.traffic.len(), heard.origin), (1, Some(origin(-17.1, 180.0))));
+        for (body, known) in [(body, Some(origin(-17.0, 180.0))), (one(vessel(json!([]))).to_string(), None)]
+        {
+            let (heard, rejected) = read(&body, known).expect("is read");
+            assert_eq!((heard.traffic.len(), rejected), (2, vec![]));
+        }
     }
 
     #[test]

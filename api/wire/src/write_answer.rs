@@ -315,7 +315,12 @@ fn about_visits(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         let known = schedule.costs.iter().find(|known| known.auv == *id);
         let because = match known.and_then(|known| known.left_out) {
             Some(LeftOut::Silent) => "it is not heard any more",
-            Some(LeftOut::OutOfReach) => "the craft does not reach it in the time that is planned",
+            Some(LeftOut::OutOfReach) if snapshot.no_go.is_empty() => {
+                "the craft does not reach it in the time that is planned"
+            }
+            Some(LeftOut::OutOfReach) => {
+                "the craft does not reach it in the time that is planned, or no way past the no-go areas leads to it"
+            }
             Some(LeftOut::TooDeep) => "it is deeper than the range within which data are uploaded",
             None => continue,
         };

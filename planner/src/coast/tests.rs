@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use crate::coast::land::Land;
 use crate::coast::shape::shape_faults;
-use crate::coast::way::Search;
+use crate::coast::way::{Search, length};
 use crate::facts::angle::direction;
 use crate::facts::no_go::NoGo;
 
@@ -17,10 +17,6 @@ fn land(polygons: &[&[[f64; 2]]]) -> Land {
 fn way(land: &Land, clearance: f64, from: [f64; 2], to: [f64; 2]) -> Option<Vec<Vector2<f64>>> {
     let search = Search { land, clearance, due: &|| false };
     search.way(&from.into(), &to.into())
-}
-
-fn length(way: &[Vector2<f64>]) -> f64 {
-    way.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum()
 }
 
 /// A basin open to the north, 40 m wide inside, with hooks at its mouth.

@@ -79,6 +79,11 @@ struct Graph {
     stretches: HashSet<[usize; 3]>,
 }
 
+/// Length of a way, m.
+pub(crate) fn length(way: &[Vector2<f64>]) -> f64 {
+    way.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum()
+}
+
 impl Search<'_> {
     /// `true` if the craft can go straight from `from` to `to`. A place nearer to a border than the
     /// clearance lowers it.
@@ -102,13 +107,22 @@ impl Search<'_> {
         from.lerp(to, open)
     }
 
-    /// How much longer the way from `from` to `to` is than the straight line, m; 0 without a way.
+    /// How much longer the way from `from` to `to` is than the straight line, m: infinite without a
+    /// way, 0 if the search gave up.
     pub(crate) fn detour(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> f64 {
-        let (from, to) = (self.land.permitted(from, self.clearance), self.land.permitted(to, self.clearance));
-        let way = if self.is_clear(&from, &to) { None } else { self.way(&from, &to) };
-        let way = way.filter(|way| way.last() == Some(&to));
-        let length = |way: Vec<Vector2<f64>>| way.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum::<f64>();
-        way.map_or(0.0, |way| length(way) - (to - from).norm())
+        match self.between(from, to) {
+            Some(way) => length(&way) - (way[way.len() - 1] - way[0]).norm(),
+            None if (self.due)() => 0.0,
+            None => f64::INFINITY,
+        }
+    }
+
+    /// The way between the places nearest to `from` and `to` that the craft may be at; the straight
+    /// line if the search gave up.
+    pub(crate) fn between(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<Vec<Vector2<f64>>> {
+        let [from, to] = [from, to].map(|end| self.land.permitted(end, self.clearance));
+        let found = if self.is_clear(&from, &to) { vec![from, to] } else { self.way(&from, &to)? };
+        Some(if found.last() == Some(&to) { found } else { vec![from, to] })
     }
 
     /// Corners of the shortest way found from `from` to `to`, with both; none if there is none.

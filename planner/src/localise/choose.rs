@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::Vector2;
 
+use crate::coast::way::Search;
 use crate::facts::angle::{ned_from_body, wrap};
 use crate::facts::auv::VehicleId;
 use crate::facts::goal::Goal;
@@ -35,6 +36,8 @@ pub(crate) struct Localiser<'a> {
     /// Largest planned speed through the water, m/s, and turn rate, rad/s.
     pub(crate) speed: f64,
     pub(crate) turn_rate: f64,
+    /// Distance of ways from no-go areas, m.
+    pub(crate) clearance: f64,
     /// The only figure that may be sailed, if one is prescribed.
     pub(crate) fixed: Option<FixedFigure>,
     /// `true` for an AUV, by index, whose last report is too old.
@@ -68,7 +71,8 @@ impl Localiser<'_> {
             .collect();
         auvs.sort_unstable();
         let craft = (self.speed, self.turn_rate);
-        let scene = Scene { radius_max, ..Scene::new(snapshot, &localise, forecasts, &auvs, craft)? };
+        let ways = Search { land: snapshot.land(), clearance: self.clearance, due: self.due };
+        let scene = Scene { radius_max, ..Scene::new(snapshot, &localise, forecasts, &auvs, craft, &ways)? };
         let previous = snapshot.previous_plan.as_ref();
         let kept = previous.and_then(|previous| {
             let elapsed = snapshot.t_s - previous.made_at()?;

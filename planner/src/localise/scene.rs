@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::coast::land::Land;
+use crate::coast::way::{Search, length};
 use crate::facts::angle::{direction, ned_from_body};
 use crate::facts::evidence::SPEED_AT_REST;
 use crate::facts::localise::Localise;
@@ -62,6 +63,9 @@ pub(crate) struct Scene {
     pub(crate) current: Vector2<f64>,
     /// Keep-outs: centre and radius, m.
     pub(crate) discs: Vec<(Vector2<f64>, f64)>,
+    /// Corners of the way round no-go areas to where the members are on the mean, m; none if that is
+    /// straight, or if there is no way.
+    pub(crate) corners: Vec<Vector2<f64>>,
     /// No-go areas, and the present craft's place and axes among them.
     pub(crate) land: (Arc<Land>, Vector2<f64>, Matrix2<f64>),
     /// Corners of the area, clockwise.
@@ -77,16 +81,21 @@ impl Scene {
         forecasts: &[AuvForecast],
         auvs: &[usize],
         (speed, turn_rate): (f64, f64),
+        ways: &Search<'_>,
     ) -> Option<Self> {
         let tuned = snapshot.tuned().localise;
         let craft_from_ned = ned_from_body(snapshot.asc.heading().radians()).transpose();
         let place = |position: Vector2<f64>| craft_from_ned * (position - snapshot.asc.position());
         let at = |auv: usize, time: f64| place(forecasts[auv].at(time).position);
-        let farthest = auvs.iter().map(|auv| at(*auv, 0.0).norm()).fold(0.0, f64::max);
+        let sum: f64 = auvs.iter().map(|auv| localise.weight(&snapshot.auvs[*auv].id)).sum();
+        let share = |auv: usize| localise.weight(&snapshot.auvs[auv].id) / sum;
+        let mean_now = auvs.iter().map(|auv| forecasts[*auv].at(0.0).position * share(*auv)).sum();
+        let way = if ways.land.is_empty() { None } else { ways.between(&snapshot.asc.position(), &mean_now) };
+        let way = way.unwrap_or_default();
+        let farthest = auvs.iter().map(|auv| at(*auv, 0.0).norm()).fold(length(&way), f64::max);
         let horizon =
             (tuned.horizon.max(10.0 * localise.interval_s).max(3.0 * farthest / speed)).min(HORIZON_MAX);
         let interval = horizon / MEASUREMENTS as f64;
-        let sum: f64 = auvs.iter().map(|auv| localise.weight(&snapshot.auvs[*auv].id)).sum();
         let member = |auv: usize| {
             let (id, state) = (&snapshot.auvs[auv].id, &snapshot.estimates()[auv].state);
             let given = localise.costs_now.get(id).map(|cost| Matrix2::identity() * (0.5 * cost));
@@ -100,7 +109,7 @@ impl Scene {
             let time = |k: usize| interval * k as f64;
             Member {
                 auv,
-                share: localise.weight(id) / sum,
+                share: share(auv),
                 covariance: known.unwrap_or_else(|| Matrix2::identity() * tuned.unknown_sigma.powi(2)),
                 is_known: known.is_some(),
                 track: (0..=MEASUREMENTS)
@@ -136,6 +145,7 @@ impl Scene {
             turn_rate,
             current: craft_from_ned * snapshot.current(),
             discs: snapshot.keep_outs.iter().map(|disc| (place(disc.centre()), disc.radius_m)).collect(),
+            corners: way.iter().skip(1).rev().skip(1).rev().map(|corner| place(*corner)).collect(),
             land: (snapshot.shared_land(), snapshot.asc.position(), craft_from_ned.transpose()),
             area: snapshot.area.iter().map(|corner| place((*corner).into())).collect(),
             members,

@@ -7,9 +7,10 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
 
-use super::{choose::Localiser, scene::Scene};
+use super::{candidates::FixedFigure, choose::Localiser, scene::Scene};
 use crate::{
     Parameters, Workspace,
+    coast::way::Search,
     facts::{
         localise::{Figure, FigureKind, Localise},
         tuning::Tuning,
@@ -17,7 +18,7 @@ use crate::{
     },
     plan,
     predict::goal::forecast_all,
-    snapshot::{Acoustics, KeepOut},
+    snapshot::{Acoustics, KeepOut, NoGo},
     tests::prelude::*,
 };
 
@@ -81,8 +82,14 @@ fn random(seed: u64) -> PlanRequest {
 
 fn figure(request: &PlanRequest) -> Figure {
     let snapshot = Snapshot::try_from(request.clone()).expect("valid");
-    let localiser =
-        Localiser { speed: SPEED, turn_rate: TURN_RATE, fixed: None, is_stale: &|_| false, due: &|| false };
+    let localiser = Localiser {
+        speed: SPEED,
+        turn_rate: TURN_RATE,
+        clearance: 1.3,
+        fixed: None,
+        is_stale: &|_| false,
+        due: &|| false,
+    };
     let found = localiser.figure(&snapshot, &forecast_all(&snapshot), None);
     found.expect("the goal localises").0
 }
@@ -92,7 +99,8 @@ fn scene(request: &PlanRequest) -> Scene {
     let Goal::Localise(goal) = &snapshot.goal.goal else { panic!("the goal localises") };
     let auvs: Vec<_> = (0..snapshot.auvs.len()).collect();
     let forecasts = forecast_all(&snapshot);
-    Scene::new(&snapshot, goal, &forecasts, &auvs, (SPEED, TURN_RATE)).expect("has AUVs")
+    let ways = Search { land: snapshot.land(), clearance: 1.3, due: &|| false };
+    Scene::new(&snapshot, goal, &forecasts, &auvs, (SPEED, TURN_RATE), &ways).expect("has AUVs")
 }
 
 /// Angles of two figures differ by a turn at most, and their numbers by rounding.
@@ -250,6 +258,28 @@ fn a_figure_keeps_the_distance_the_range_and_the_area() {
     let mut closed = one();
     closed.keep_outs = vec![KeepOut::new(Vector2::new(10.0, 5.0) + direction(0.7) * 40.0, 35.0)];
     assert_ne!(figure(&closed), free);
+}
+
+#[test]
+fn a_trial_goes_round_a_wall_and_costs_what_one_without_walls_does_that_is_as_far_by_way() {
+    let cost = |request: &PlanRequest| {
+        let scene = scene(request);
+        let circle = FixedFigure { kind: FigureKind::Circle, radius_m: 20.0, speed_share: 1.0 };
+        scene.sail(&scene.fixed(&circle), f64::INFINITY).expect("is sailed").cost
+    };
+    // A wall between the craft and the AUV, which is at rest 200 m off and heard within 60 m.
+    let mut far = request(&[moving(200.0, 0.0, 20.0, 0.0, 0.0)]);
+    far.acoustics = Some(Acoustics { range_max_m: 60.0 });
+    let mut behind = far.clone();
+    behind.asc.heading_rad = 1.3;
+    let free = cost(&behind);
+    behind.no_go = vec![NoGo::new(vec![[90.0, -900.0], [110.0, -900.0], [110.0, 300.0], [90.0, 300.0]])];
+    // Taut round the two eastern corners.
+    let by_way = 2.0 * 90.0_f64.hypot(300.0) + 20.0;
+    (far.asc.north_m, far.asc.heading_rad) = (200.0 - by_way, 0.0);
+    let [round, expected] = [&behind, &far].map(cost);
+    assert!((round - expected).abs() < 0.05 * expected, "{round} {expected}");
+    assert!(1.3 * free < round, "{free} {round}");
 }
 
 /// Plans once a second for a craft that moves as planned, and an AUV whose variance falls.

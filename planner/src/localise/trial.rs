@@ -15,6 +15,9 @@ const STEPS: usize = 4;
 /// Least share of its speed that a craft keeps in a turn.
 const SPEED_IN_TURN: f64 = 0.1;
 
+/// Distance from a corner of its way at which a craft is there, as a share of a step's.
+const AT_CORNER: f64 = 0.1;
+
 /// Share of the mean variance beside the largest one.
 const MEAN_BESIDE_MAX: f64 = 0.01;
 
@@ -37,10 +40,16 @@ impl Scene {
         let mut outcome = Outcome { cost: 0.0, variances: covariances.iter().map(|_| 0.0).collect() };
         let n = MEASUREMENTS as f64;
         let (mut energy, mut breaches) = (0.0, 0.0);
+        let mut corners = &*self.corners;
         for k in 1..=MEASUREMENTS {
             for step in 0..STEPS {
                 let time = self.interval * (k - 1) as f64 + dt * step as f64;
-                let speed = self.step(figure, time, dt, &mut position, &mut bow);
+                while let [corner, rest @ ..] = corners
+                    && (corner - position).norm() < AT_CORNER * self.speed * dt
+                {
+                    corners = rest;
+                }
+                let speed = self.step(figure, time, dt, corners.first(), &mut position, &mut bow);
                 energy += (speed / self.speed).powi(3);
             }
             breaches += f64::from(self.breaks_a_bound(&position, k));
@@ -73,12 +82,14 @@ impl Scene {
         (outcome.cost < least).then_some(outcome)
     }
 
-    /// Moves the craft towards the figure for `dt`, s; its speed through the water, m/s.
+    /// Moves the craft towards the `corner` of its way, or else the figure, for `dt`, s; its speed
+    /// through the water, m/s.
     fn step(
         &self,
         figure: &Figure,
         time: f64,
         dt: f64,
+        corner: Option<&Vector2<f64>>,
         position: &mut Vector2<f64>,
         bow: &mut Vector2<f64>,
     ) -> f64 {
@@ -86,7 +97,10 @@ impl Scene {
         let off = mean + place - *position;
         // Over long steps no faster than one closes the distance.
         let pursuit = self.tuned.pursuit_rate.min(0.5 / dt);
-        let wanted = drift + velocity + off * pursuit - self.current;
+        let wanted = match corner {
+            Some(corner) => (corner - *position) / dt - self.current,
+            None => drift + velocity + off * pursuit - self.current,
+        };
         let turn = wrap(bow.perp(&wanted).atan2(bow.dot(&wanted)));
         let most = self.turn_rate * dt;
         *bow = Rotation2::new(turn.clamp(-most, most)) * *bow;

@@ -67,8 +67,8 @@ pub(crate) struct Candidate {
     pub(crate) deadline: Option<f64>,
     /// Least slant range at which it can be served, m.
     pub(crate) shallowest: f64,
-    /// Detours to it round no-go areas, m: from the craft, and from each AUV of the snapshot. Empty
-    /// without such areas.
+    /// Detours to it round no-go areas, m: from the craft, and from each AUV of the snapshot;
+    /// infinite where no way leads. Empty without such areas.
     pub(crate) detours: Vec<f64>,
 }
 

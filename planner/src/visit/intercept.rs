@@ -143,7 +143,7 @@ pub(crate) struct Departure {
     pub(crate) position: Vector2<f64>,
     /// Heading, rad, in the craft's present frame.
     pub(crate) heading: f64,
-    /// Length of the way round no-go areas beyond the straight line's, m.
+    /// Length of the way round no-go areas beyond the straight line's, m; infinite without a way.
     pub(crate) detour: f64,
 }
 
@@ -184,6 +184,9 @@ impl Craft {
         let bearing = |time: f64| angle_of(&self.way(track, from, time));
         if direct <= from.time {
             return Some(Arrival { time: from.time, heading: from.heading, turning: 0.0 });
+        }
+        if from.detour.is_infinite() {
+            return None;
         }
         let turning = wrap(bearing(direct) - from.heading).abs() / self.turn_rate;
         let later = turning + from.detour / self.speed;

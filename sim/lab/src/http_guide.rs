@@ -178,7 +178,7 @@ impl HttpGuide {
         let method = Method::deserialize(&answer["method"]).ok();
         self.metadata = metadata(&answer)?;
         self.previous_plan = answer["trajectory"].is_array().then_some(answer);
-        Ok(Guidance { reference, method, predicted_rms, serves, solve_time: None })
+        Ok(Guidance { reference, method, predicted_rms, serves, manoeuvre: None, solve_time: None })
     }
 }
 

@@ -43,7 +43,7 @@ impl Scores {
 pub(crate) const IN_RANGE: &str = "time_in_range_s.";
 
 /// The lines: name, heading in a comparison's table, and decimals.
-pub(crate) const LINES: [(&str, &str, usize); 33] = [
+pub(crate) const LINES: [(&str, &str, usize); 38] = [
     ("visits.mean_cost", "mean cost of the AUVs", 2),
     ("visits.max_cost", "largest cost of an AUV", 1),
     ("visits.visits", "visits", 0),
@@ -55,6 +55,11 @@ pub(crate) const LINES: [(&str, &str, usize); 33] = [
     ("localisation.nees", "error over what they state (2)", 2),
     ("traffic.least_m", "least distance from a vessel's side, m", 1),
     ("traffic.too_near_m", "nearer than the distance to keep, m", 1),
+    ("traffic.passed_to_port", "vessels passed on the port side", 0),
+    ("traffic.passed_to_starboard", "vessels passed on the starboard side", 0),
+    ("traffic.first_turn_rad", "first turn for a vessel, rad", 2),
+    ("traffic.manoeuvring_rms_m", "distance, RMS, in manoeuvres, m", 2),
+    ("traffic.afterwards_rms_m", "distance, RMS, after them, m", 2),
     ("rms_m", "distance, RMS, whole mission, m", 3),
     ("mean_m", "distance, mean, m", 3),
     ("p95_m", "distance, 95 % of the time, m", 3),

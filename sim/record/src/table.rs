@@ -71,6 +71,7 @@ columns! {
     t_s: Number, "s", "Time of what the row describes: since the start, or Unix time in a live mission";
     received_s: Number, "s", "Time of receipt: of a report by the surface craft, on the same clock; of an order by the service, Unix time";
     vehicle: Word, "", "`asc`, the surface craft, or the id of the AUV or vessel";
+    length_m: Number, "m", "Length over all of a `vessel`, if known";
     north_m: Number, "m", "Position north of the datum";
     east_m: Number, "m", "Position east of the datum";
     lat_deg: Number, "°", "Latitude, WGS 84, positive north, if the datum's place on Earth is known";
@@ -119,7 +120,7 @@ pub const KNOWN: &str = "known";
 /// The `kind` of rows with an AUV's estimated position.
 pub const ESTIMATED: &str = "estimated";
 
-/// The `kind` of rows with a report of another vessel. A mission meets any number of these, so that
+/// The `kind` of rows with another vessel, reported or true. A mission meets any number of these, so that
 /// formats with a part for each vehicle leave them out.
 pub const VESSEL: &str = "vessel";
 

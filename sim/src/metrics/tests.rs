@@ -4,7 +4,7 @@ use super::*;
 use crate::{
     guide::LosGuide,
     mission::run,
-    record::{Bounds, Service},
+    record::{Bounds, Service, VesselRow},
     scenario::Scenario,
     tests::near,
 };
@@ -163,4 +163,32 @@ fn visits_count_at_their_beginning_and_costs_only_of_living_vehicles() {
     let expected =
         VisitMetrics { mean_cost: 14.5 / 6.0, max_cost: 9.0, visits: 3, changes: 1, deadlines_missed: 1 };
     assert_eq!(surface_craft_metrics(&record).visits, Some(expected));
+}
+
+#[test]
+fn traffic_is_measured_where_a_vessel_was_nearest_and_by_the_first_manoeuvre() {
+    let mut record = record(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(surface_craft_metrics(&record).traffic, None);
+    record.vessel_ids = ["met", "far", "comes"].map(String::from).into();
+    for (k, row) in (0..).zip(&mut record.rows) {
+        let time = f64::from(k);
+        let at = |north: f64, east: f64| VesselRow {
+            position: Vector2::new(north, east),
+            course: 0.0,
+            speed: 1.0,
+            length: 8.0,
+        };
+        // One passes 30 m to port after 2 s, one stays away, one still comes nearer on starboard.
+        row.vessels = vec![at(2.0 + 10.0 * (2.0 - time), -30.0), at(0.0, 300.0), at(5.0, 100.0 - time)];
+        let craft = row.surface_craft.as_mut().expect("has one");
+        (craft.heading, craft.manoeuvre) = (0.1, (k == 2 || k == 3).then_some(0.6));
+    }
+    let found = surface_craft_metrics(&record).traffic.expect("has vessels");
+    assert_eq!((found.passed_to_port, found.passed_to_starboard), (1, 0));
+    near(found.least_m, 26.0, 1e-12);
+    // 30 m are kept: broken within 34 m of its middle, from 1 to 3 s (31.95, 30, 31.95 m).
+    assert_eq!((found.too_near_m.count, found.too_near_m.duration_s), (1, 3.0));
+    near(found.first_turn_rad.expect("turns"), 0.5, 1e-12);
+    near(found.manoeuvring_rms_m.expect("turns"), 6.5_f64.sqrt(), 1e-12);
+    near(found.afterwards_rms_m.expect("turns"), 20.5_f64.sqrt(), 1e-12);
 }

@@ -1,10 +1,10 @@
 //! The record as rows of the table that all formats share.
 
-use ::record::table::{KNOWN, Row as TableRow, SURFACE_CRAFT};
+use ::record::table::{KNOWN, Row as TableRow, SURFACE_CRAFT, VESSEL};
 use ::record::{Disc, Entry, ExportError, SCHEMA_VERSION, Scene, Source};
 use serde_json::{Value, json};
 
-use super::{AuvRow, OWN_LAW, Origin, Record, Row, SurfaceCraftRow, method_name};
+use super::{AuvRow, OWN_LAW, Origin, Record, Row, SurfaceCraftRow, VesselRow, method_name};
 
 /// The kind of rows with a vehicle's true state.
 const TRUTH: &str = "truth";
@@ -54,7 +54,21 @@ impl Record {
         let at = TableRow { t_s: Some(row.time), ..TableRow::default() };
         let craft = row.surface_craft.iter().flat_map(|craft| surface_craft(&at, craft));
         let auvs = self.auv_ids.iter().zip(&row.auvs);
-        craft.chain(auvs.flat_map(|(id, is)| auv(&at, id, is))).collect()
+        let vessels = self.vessel_ids.iter().zip(&row.vessels).map(|(id, is)| vessel(&at, id, is));
+        craft.chain(auvs.flat_map(|(id, is)| auv(&at, id, is))).chain(vessels).collect()
+    }
+}
+
+fn vessel<'a>(at: &TableRow<'a>, id: &'a str, row: &VesselRow) -> TableRow<'a> {
+    TableRow {
+        kind: Some(VESSEL),
+        vehicle: Some(id),
+        length_m: Some(row.length),
+        north_m: Some(row.position.x),
+        east_m: Some(row.position.y),
+        course_rad: Some(row.course),
+        speed_mps: Some(row.speed),
+        ..*at
     }
 }
 

@@ -4,7 +4,7 @@
 //! More flights, in a table: `FLEETS=101-140 CRAFT=2-6 SILENT=0.3 cargo test -p tests --test claims
 //! -- fleet::flights --nocapture`.
 
-use std::{env, f64::consts::PI, time::Duration};
+use std::{env, f64::consts::PI, fs, time::Duration};
 
 use nalgebra::Vector2;
 use planner::angle::{direction, wrap};
@@ -16,7 +16,7 @@ use service::{
     Settings,
     access::{NewToken, Role, TokenFile, TokenLimit, Tokens},
 };
-use tests::client::{get, post, simulated_machine, with};
+use tests::client::{Answer, get, post, simulated_machine, with};
 use wire::DatumChange;
 
 use super::{Service, id, number};
@@ -211,46 +211,118 @@ async fn flights() {
     }
 }
 
-/// Whether the later of two missions sees the earlier one's craft, where an operator may see both
-/// and, if there are such, another caller only missions of the craft `named`.
-async fn is_seen(named: &[&str]) -> bool {
-    let directory = tempfile::tempdir().expect("is made");
-    let (path, settings) = (directory.path().join("tokens.json"), simulated_machine());
-    let token = |name: &str, limit: Option<TokenLimit>| {
-        let new = NewToken { name: name.to_owned(), role: Role::Operator, limit, valid: None };
-        TokenFile::add(&path, new, &settings.clock).expect("is made")
-    };
-    let operator = format!("Bearer {}", token("operator", None));
-    if !named.is_empty() {
-        let craft = named.iter().map(ToString::to_string).collect();
-        token("customer", Some(TokenLimit { missions: vec![], craft }));
+/// Two missions whose craft are 100 m apart.
+struct Two {
+    service: Service,
+    tokens: tempfile::TempDir,
+    operator: String,
+    missions: Vec<String>,
+}
+
+impl Two {
+    /// An operator may see both and, if there are such, another caller only missions of the craft
+    /// `named`.
+    async fn with_a_caller_of(named: &[&str]) -> Self {
+        let (tokens, settings) = (tempfile::tempdir().expect("is made"), simulated_machine());
+        let path = tokens.path().join(TOKENS);
+        let token = |name: &str, limit: Option<TokenLimit>| {
+            let new = NewToken { name: name.to_owned(), role: Role::Operator, limit, valid: None };
+            TokenFile::add(&path, new, &settings.clock).expect("is made")
+        };
+        let operator = format!("Bearer {}", token("operator", None));
+        if !named.is_empty() {
+            let craft = named.iter().map(ToString::to_string).collect();
+            token("customer", Some(TokenLimit { missions: vec![], craft }));
+        }
+        let known = Some(Tokens::open(&path, &settings.clock).expect("opens"));
+        let service = Service::start_with(Settings { tokens: known, ..settings }).await;
+        let mut two = Self { service, tokens, operator, missions: vec![] };
+        for name in ["one", "two"] {
+            let live = json!({ "auvs": [{ "id": "a" }], "goal": { "kind": "track", "auv": "a" },
+                "origin": { "lat_deg": 38.41, "lon_deg": -9.12 } });
+            let new = json!({ "schema_version": "1.0", "metadata": { "bridge": name }, "live": live });
+            let made = two.post("/v1/missions", new).await;
+            two.missions.push(made.header("location").to_owned());
+        }
+        for mission in &two.missions {
+            two.report(mission).await;
+            two.post(&format!("{mission}/run"), json!({})).await.must_be(200);
+        }
+        two
     }
-    let tokens = Some(Tokens::open(&path, &settings.clock).expect("opens"));
-    let service = Service::start_with(Settings { tokens, ..settings }).await;
-    let send = async |request| service.send(with(request, "authorization", &operator)).await;
-    let mut missions = vec![];
-    for (name, north) in [("one", 0.0), ("two", 100.0)] {
-        let live = json!({ "auvs": [{ "id": "a" }], "goal": { "kind": "track", "auv": "a" },
-            "origin": { "lat_deg": 38.41, "lon_deg": -9.12 } });
-        let new = json!({ "schema_version": "1.0", "metadata": { "bridge": name }, "live": live });
-        let mission = send(post("/v1/missions", new.to_string())).await.header("location").to_owned();
-        let now = service.clock.unix_s();
+
+    async fn post(&self, path: &str, body: Value) -> Answer {
+        self.service.send(with(post(path, body.to_string()), "authorization", &self.operator)).await
+    }
+
+    async fn report(&self, mission: &str) {
+        let (now, north) =
+            (self.service.clock.unix_s(), if mission == self.missions[0] { 0.0 } else { 100.0 });
         let fix = json!({ "t_s": now, "north_m": north, "east_m": 5.0, "sigma_m": 1.0 });
         let state = json!({ "north_m": north, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.2 });
         let heard = json!({ "auvs": { "a": [fix] }, "asc": [{ "t_s": now, "state": state }] });
-        send(post(&format!("{mission}/reports"), heard.to_string())).await.must_be(200);
-        send(post(&format!("{mission}/run"), "{}")).await.must_be(200);
-        missions.push(mission);
+        self.post(&format!("{mission}/reports"), heard).await.must_be(200);
     }
-    service.clock.sleep(Duration::from_millis(2_500)).await;
-    let record = send(get(&format!("{}/record?format=events_ndjson&kinds=planned", missions[1]))).await;
-    record.must_be(200);
-    assert!(2 <= record.text.lines().count());
-    record.text.contains(&format!("\"own_craft\":{{\"vessels\":[{{\"id\":\"{}\"", id(&missions[0])))
+
+    /// The times of the later mission's plans, and whether they saw the earlier one's craft.
+    async fn seen(&self) -> Vec<(f64, bool)> {
+        let path = format!("{}/record?format=events_ndjson&kinds=planned", self.missions[1]);
+        let record = self.service.send(with(get(&path), "authorization", &self.operator)).await;
+        record.must_be(200);
+        let plans = record.text.lines().map(|line| serde_json::from_str::<Value>(line).expect("is JSON"));
+        let is_seen = |plan: &Value| plan["own_craft"]["vessels"][0]["id"] == id(&self.missions[0]);
+        plans.map(|plan| (number(&plan["t_s"]), is_seen(&plan))).collect()
+    }
+
+    async fn is_seen(&self) -> bool {
+        self.seen().await.last().expect("has planned").1
+    }
+
+    async fn pass(&self, milliseconds: u64) {
+        self.service.clock.sleep(Duration::from_millis(milliseconds)).await;
+    }
 }
+
+const TOKENS: &str = "tokens.json";
 
 #[tokio::test(start_paused = true)]
 async fn missions_that_not_the_same_callers_may_see_do_not_see_each_other() {
-    let seen = [is_seen(&[]).await, is_seen(&["one", "two"]).await, is_seen(&["one"]).await];
+    let mut seen = vec![];
+    for named in [&[][..], &["one", "two"], &["one"]] {
+        let two = Two::with_a_caller_of(named).await;
+        two.pass(2_500).await;
+        seen.push(two.is_seen().await);
+    }
     assert_eq!(seen, [true, true, false]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn while_the_token_file_is_broken_no_mission_sees_another() {
+    let two = Two::with_a_caller_of(&["one", "two"]).await;
+    let path = two.tokens.path().join(TOKENS);
+    two.pass(2_500).await;
+    assert!(two.is_seen().await);
+    let whole = fs::read(&path).expect("is there");
+    fs::write(&path, &whole[1..]).expect("is written");
+    // The service looks at it twice a second.
+    two.pass(1_000).await;
+    let broken = two.service.clock.unix_s();
+    two.pass(4_000).await;
+    let mended = two.service.clock.unix_s();
+    fs::write(&path, &whole).expect("is written");
+    two.pass(3_000).await;
+    let (during, others): (Vec<_>, Vec<_>) =
+        two.seen().await.into_iter().partition(|(time, _)| broken < *time && *time < mended);
+    assert!(3 <= during.len() && during.iter().all(|(_, is_seen)| !is_seen), "{during:?}");
+    assert!(others[1].1 && others[others.len() - 1].1, "{others:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_craft_whose_mission_is_finished_is_not_seen_any_more() {
+    let two = Two::with_a_caller_of(&[]).await;
+    two.pass(2_500).await;
+    assert!(two.is_seen().await);
+    two.post(&format!("{}/finish", two.missions[0]), json!({})).await.must_be(200);
+    two.pass(1_500).await;
+    assert!(!two.is_seen().await);
 }

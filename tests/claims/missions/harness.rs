@@ -172,6 +172,10 @@ impl Service {
             let expected = [row.time, position.x, position.y, craft.distance(), craft.reference.speed];
             assert_eq!(found.map(Value::as_f64), expected.map(Some));
             assert_eq!(event["outcome"], "ok");
+            for (id, vessel) in flown.vessel_ids.iter().zip(&row.vessels) {
+                let found = ["north_m", "east_m"].map(|member| number(&truth["vessels"][id][member]));
+                assert_eq!(found, <[f64; 2]>::from(vessel.position));
+            }
         }
         planned
     }

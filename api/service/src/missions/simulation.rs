@@ -14,12 +14,12 @@ use planner::{
     tuned::Tuned,
 };
 use sim::guide::{Guidance, Guide as _, GuideError, LosGuide};
-use sim::record::Row;
+use sim::record::{Row, VesselRow};
 use sim::scenario::{Files, Scenario};
 
 use super::event::{Planned, StoredAnswer, answer, planned};
 use crate::planning::planners;
-use wire::mission::{Simulated, TrueVehicle, Truth};
+use wire::mission::{Simulated, TrueVehicle, TrueVessel, Truth};
 
 /// Time between two plans of the simulator, s.
 pub(super) const PERIOD: f64 = 1.0;
@@ -30,6 +30,7 @@ pub(super) struct Simulation {
     clock: Clock,
     mission: sim::mission::Mission,
     ids: Vec<String>,
+    vessel_ids: Vec<String>,
     parameters: Parameters,
     tuning: Option<Tuning>,
     previous: Option<PreviousPlan>,
@@ -81,6 +82,7 @@ impl Simulation {
             clock: clock.clone(),
             law,
             ids: mission.record().auv_ids.clone(),
+            vessel_ids: mission.record().vessel_ids.clone(),
             mission,
             parameters,
             tuning: config.tuning.clone(),
@@ -107,6 +109,7 @@ impl Simulation {
             method: Some(made.plan.method),
             predicted_rms: self.law.is_none().then_some(made.plan.predicted.rms_error_m),
             serves: sim::guide::served(&seen, schedule),
+            manoeuvre: sim::guide::manoeuvre(&made.plan),
             solve_time: None,
         };
         let origin = self.mission.record().origin;
@@ -114,7 +117,7 @@ impl Simulation {
         let mut planned = planned(time, Duration::ZERO, &made, &answer);
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
-        planned.truth = rows.last().and_then(|row| truth(row, &self.ids)).map(Box::new);
+        planned.truth = rows.last().and_then(|row| truth(row, &self.ids, &self.vessel_ids)).map(Box::new);
         Ok(Tick { planned, answer, made })
     }
 }
@@ -174,7 +177,17 @@ fn reference(logged: &wire::Reference) -> Reference {
     Reference { speed: logged.speed_mps, heading: Heading::new(logged.heading_rad) }
 }
 
-fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
+fn true_vessel(row: &VesselRow) -> TrueVessel {
+    TrueVessel {
+        north_m: row.position.x,
+        east_m: row.position.y,
+        course_rad: row.course,
+        speed_mps: row.speed,
+        length_m: row.length,
+    }
+}
+
+fn truth(row: &Row, ids: &[String], vessel_ids: &[String]) -> Option<Truth> {
     let vehicle = |position: Vector2<f64>, depth_m, heading_rad, speed_mps| TrueVehicle {
         north_m: position.x,
         east_m: position.y,
@@ -194,5 +207,6 @@ fn truth(row: &Row, ids: &[String]) -> Option<Truth> {
         goal_east_m: craft.goal.y,
         distance_m: craft.distance(),
         energy_j: craft.energy,
+        vessels: vessel_ids.iter().cloned().zip(row.vessels.iter().map(true_vessel)).collect(),
     })
 }

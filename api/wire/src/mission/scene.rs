@@ -82,6 +82,24 @@ pub struct Truth {
     pub distance_m: f64,
     /// Propulsion energy since the start, J.
     pub energy_j: f64,
+    /// The other vessels, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub vessels: BTreeMap<String, TrueVessel>,
+}
+
+/// Another vessel of a simulated mission.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct TrueVessel {
+    /// Position north, m.
+    pub north_m: f64,
+    /// Position east, m.
+    pub east_m: f64,
+    /// Course over ground, rad.
+    pub course_rad: f64,
+    /// Speed over ground, m/s.
+    pub speed_mps: f64,
+    /// Length over all, m.
+    pub length_m: f64,
 }
 
 /// A vehicle of a simulated mission.

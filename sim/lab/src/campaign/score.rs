@@ -88,8 +88,9 @@ fn count(n: usize) -> Option<f64> {
     Some(n as f64)
 }
 
-/// The columns. Less is better in each, but for `duration_s`, `visits` and the counts of answers.
-pub(super) const SCORES: [Number; 39] = [
+/// The columns. Less is better in each, but for `duration_s`, `visits`, `first_turn_rad` and the counts
+/// of answers and passed vessels.
+pub(super) const SCORES: [Number; 45] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
     ("p95_m", |_, m, _| Some(m.p95_m)),
@@ -124,6 +125,12 @@ pub(super) const SCORES: [Number; 39] = [
     ("navigation_max_m", |_, m, _| Some(m.localisation?.max_m)),
     ("vessel_least_m", |_, m, _| Some(m.traffic?.least_m)),
     ("vessel_violations", |_, m, _| count(m.traffic?.too_near_m.count)),
+    ("vessel_violation_s", |_, m, _| Some(m.traffic?.too_near_m.duration_s)),
+    ("vessels_to_port", |_, m, _| count(m.traffic?.passed_to_port)),
+    ("vessels_to_starboard", |_, m, _| count(m.traffic?.passed_to_starboard)),
+    ("first_turn_rad", |_, m, _| m.traffic?.first_turn_rad),
+    ("manoeuvring_rms_m", |_, m, _| m.traffic?.manoeuvring_rms_m),
+    ("afterwards_rms_m", |_, m, _| m.traffic?.afterwards_rms_m),
     ("visit_mean_cost", |_, m, _| Some(m.visits?.mean_cost)),
     ("visit_max_cost", |_, m, _| Some(m.visits?.max_cost)),
     ("visits", |_, m, _| count(m.visits?.visits)),

@@ -62,6 +62,7 @@ impl Guide for GreedyGuide {
             method: None,
             predicted_rms: None,
             serves: None,
+            manoeuvre: None,
             solve_time: None,
         })
     }

@@ -25,6 +25,7 @@ impl Guide for GoalRecorder {
             method: Some(Method::Hold),
             predicted_rms: None,
             serves: None,
+            manoeuvre: None,
             solve_time: None,
         })
     }

@@ -166,6 +166,7 @@ fn vessel<'a>(row: &Row<'a>, vessel: &'a Vessel) -> Row<'a> {
         course_rad: vessel.course_rad,
         speed_mps: vessel.speed_mps,
         sigma_m: vessel.sigma_m,
+        length_m: vessel.length_m,
         ..*row
     }
 }
@@ -229,7 +230,7 @@ fn newly_refused<'a>(
     news.map(move |&time| Row { kind: Some("refused"), t_s: Some(time), vehicle: Some(&auv.id), ..row })
 }
 
-/// The true states of the surface craft, with its goal, and of the AUVs.
+/// The true states of the surface craft, with its goal, of the AUVs and of other vessels.
 fn truths<'a>(row: &Row<'a>, truth: &'a Truth) -> impl Iterator<Item = Row<'a>> {
     let craft = Row {
         energy_j: Some(truth.energy_j),
@@ -240,7 +241,17 @@ fn truths<'a>(row: &Row<'a>, truth: &'a Truth) -> impl Iterator<Item = Row<'a>> 
     };
     let (auvs, row) = (truth.auvs.iter(), *row);
     let auvs = auvs.map(move |(id, auv)| is_at(&row, id, auv));
-    [craft].into_iter().chain(auvs)
+    let vessels = truth.vessels.iter().map(move |(id, vessel)| Row {
+        kind: Some(VESSEL),
+        vehicle: Some(id),
+        north_m: Some(vessel.north_m),
+        east_m: Some(vessel.east_m),
+        course_rad: Some(vessel.course_rad),
+        speed_mps: Some(vessel.speed_mps),
+        length_m: Some(vessel.length_m),
+        ..row
+    });
+    [craft].into_iter().chain(auvs).chain(vessels)
 }
 
 fn is_at<'a>(row: &Row<'a>, id: &'a str, vehicle: &TrueVehicle) -> Row<'a> {

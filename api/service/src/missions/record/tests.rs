@@ -159,6 +159,7 @@ fn truth(north_m: f64) -> Truth {
         goal_east_m: 0.0,
         distance_m: 1.0,
         energy_j: 2.0,
+        vessels: BTreeMap::new(),
     }
 }
 
