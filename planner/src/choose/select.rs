@@ -160,7 +160,7 @@ pub fn scheduled_goal(
     let localiser = Localiser {
         speed: planned.speed_max,
         turn_rate: planned.turn_rate_max,
-        clearance: scheduler.clearance,
+        clearance: clearance(snapshot, parameters),
         fixed: parameters.figure,
         is_stale: &|auv| parameters.is_stale(&snapshot.estimates()[auv]),
         due: &due,

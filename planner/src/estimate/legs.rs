@@ -132,25 +132,24 @@ const DEVIATIONS_INSIDE: f64 = 3.0;
 const RETURNS_MIN: f64 = 3.0;
 
 impl PastWork {
-    /// That of a vehicle without a past, which turns after `between_turns` seconds at the mean.
-    pub(crate) fn unknown(between_turns: f64) -> Self {
-        Self { between_turns, area: None }
-    }
-
-    /// The work along a `track` with turns of a vehicle that is `here` now.
+    /// The work along a `track` of a vehicle that is `here` now. One that has not turned yet does so
+    /// `first_turn` seconds from now at the mean, and later the longer it went straight on.
     ///
     /// ```text
     /// T = max(τ, σ² / (v² τ))          D = v² τ diffuses a track of variance σ² = D T
     /// ```
     /// with the mean square velocity v² and the time τ between turns.
-    pub(crate) fn of(track: &[TrackPoint], here: &Vector2<f64>) -> Option<Self> {
+    pub(crate) fn of(track: &[TrackPoint], here: &Vector2<f64>, first_turn: f64) -> Self {
         let pairs =
             || track.windows(2).map(|pair| (pair[1][0] - pair[0][0], place(&pair[0]), place(&pair[1])));
         let steps: Vec<_> = pairs().map(|(_, from, to)| to - from).filter(|step| 0.0 < step.norm()).collect();
         let turned = |pair: &&[Vector2<f64>]| TURN < pair[0].angle(&pair[1]);
         let turns = steps.windows(2).filter(turned).count();
-        let time = track.last()?[0] - track.first()?[0];
-        let between_turns = (0 < turns && 0.0 < time).then(|| time / number(turns))?;
+        let time = track.last().zip(track.first()).map_or(0.0, |(last, first)| last[0] - first[0]);
+        if turns == 0 || time <= 0.0 {
+            return Self { between_turns: first_turn + time.max(0.0), area: None };
+        }
+        let between_turns = time / number(turns);
         let mean = |of: &dyn Fn(f64, Vector2<f64>, Vector2<f64>) -> f64| {
             pairs().map(|(time, from, to)| of(time, from, to)).sum::<f64>() / time
         };
@@ -165,10 +164,10 @@ impl PastWork {
         });
         let returns_in = (variance / (square_speed * between_turns)).max(between_turns);
         let is_inside = (here - centre).norm_squared() <= DEVIATIONS_INSIDE.powi(2) * variance;
-        Some(Self {
+        Self {
             between_turns,
             area: (is_inside && RETURNS_MIN * returns_in <= time).then_some((centre, returns_in)),
-        })
+        }
     }
 }
 
@@ -240,10 +239,13 @@ mod tests {
         assert!((transit - 500.0 - usual).abs() < 3.0, "{transit}");
         let lanes = length(LANES);
         assert!((lanes - (460.0 + usual) / 7.0).abs() < 1.0, "{lanes}");
-        let work = |track: &[TrackPoint]| PastWork::of(track, &Vector2::zeros());
+        let work = |track: &[TrackPoint]| PastWork::of(track, &Vector2::zeros(), 200.0);
         let lanes = track_through(LANES);
-        let between = work(&lanes).expect("turns six times").between_turns;
+        let between = work(&lanes).between_turns;
         assert!((between - 920.0 / 6.0).abs() < 1.0, "{between}");
-        assert_eq!([work(&lanes[..3]), work(&lanes[..1]), work(&[])], [None; 3]);
+        // One that has not turned yet does so the later, the longer it went straight on.
+        let straight = lanes[2][0] - lanes[0][0];
+        let expected = [200.0 + straight, 200.0, 200.0];
+        assert_eq!([&lanes[..3], &lanes[..1], &[]].map(|track| work(track).between_turns), expected);
     }
 }

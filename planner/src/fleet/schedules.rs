@@ -7,9 +7,9 @@ use crate::visit::fleet::{Candidate, Fleet, SchedulingParameters};
 use crate::visit::memory::Memory;
 use crate::visit::schedule::Scheduler;
 
-/// Mean time until an AUV turns that has not turned yet, s: straight on for half an hour, AUVs at
-/// work would be assigned by where they never come.
-const FIRST_TURN: f64 = 300.0;
+/// Longest time for which an AUV without a path is foreseen to keep its course, s: who serves whom
+/// is better decided by where AUVs are than by where they would be if they never turned.
+const STRAIGHT_MOST: f64 = 60.0;
 
 /// Visits tried for the cost of a set of AUVs.
 const TRIED: usize = 60;
@@ -36,7 +36,7 @@ impl Schedules {
             horizon_min: least,
             horizon_max: most,
             horizon_tours: given.horizon_tours / n_craft,
-            first_turn: Some(FIRST_TURN),
+            straight_most: STRAIGHT_MOST,
             ..given.clone()
         };
         let memory = Memory::of(snapshot, visits);

@@ -32,9 +32,8 @@ pub struct SchedulingParameters {
     pub keep_margin: f64,
     /// Price of a missed deadline, as a multiple of the cost without any service.
     pub deadline_price: f64,
-    /// Mean time until the first turn of an AUV of which none was seen, s; without it, it goes
-    /// straight on.
-    pub first_turn: Option<f64>,
+    /// Longest time for which an AUV without a path is foreseen to keep its course at the mean, s.
+    pub straight_most: f64,
 }
 
 impl Default for SchedulingParameters {
@@ -48,7 +47,7 @@ impl Default for SchedulingParameters {
             keep_margin: 0.03,
             // Exceeds any benefit of missing a deadline.
             deadline_price: 10.0,
-            first_turn: None,
+            straight_most: f64::INFINITY,
         }
     }
 }
@@ -131,18 +130,12 @@ impl Fleet {
         let tour = tour(&places, &craft, visits.dwell_min());
         let horizon = (parameters.horizon_tours * tour).clamp(parameters.horizon_min, parameters.horizon_max);
         let candidate = |member: &ScheduledAuv| {
-            let track = SampledTrack::new(
-                &forecasts[member.auv],
-                PastWork::of(
-                    &snapshot.estimates()[member.auv].track,
-                    &forecasts[member.auv].at(0.0).position,
-                )
-                .or(parameters.first_turn.map(PastWork::unknown)),
-                horizon,
-                &craft.current,
-                frame,
-                |time| depths[member.auv].at(time),
-            );
+            let forecast = &forecasts[member.auv];
+            let (track, here) = (&snapshot.estimates()[member.auv].track, forecast.at(0.0).position);
+            let mut past = PastWork::of(track, &here, snapshot.tuned().visit.first_turn);
+            past.between_turns = past.between_turns.min(parameters.straight_most);
+            let depth = |time| depths[member.auv].at(time);
+            let track = SampledTrack::new(forecast, past, horizon, &craft.current, frame, depth);
             Candidate {
                 auv: member.auv,
                 share: member.weight,

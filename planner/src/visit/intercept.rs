@@ -36,7 +36,7 @@ impl SampledTrack {
     /// ```
     pub(crate) fn new(
         forecast: &AuvForecast,
-        past: Option<PastWork>,
+        PastWork { between_turns: tau, area }: PastWork,
         horizon: f64,
         current: &Vector2<f64>,
         frame: impl Fn(&Motion) -> Vector2<f64>,
@@ -46,19 +46,18 @@ impl SampledTrack {
         let step = horizon / number(SAMPLES);
         let times = || (0..=SAMPLES).map(|i| number(i) * step);
         // A forecast that forgets its course is such a mean already.
-        let foreseen = |time: f64| match past {
-            Some(PastWork { between_turns: tau, area })
-                if 0.0 < time && !matches!(forecast.model, ForecastModel::Path | ForecastModel::Hold) =>
-            {
-                let (here, straight) = (forecast.at(0.0), forecast.at(time));
-                let left = if forecast.forgets() { 1.0 } else { tau / time * -(-time / tau).exp_m1() };
-                let mut position = here.position + (straight.position - here.position) * left;
-                if let Some((centre, returns_in)) = area {
-                    position += (centre - position) * -(-time / returns_in).exp_m1();
-                }
-                frame(&Motion { position, ..straight })
+        let foreseen = |time: f64| {
+            let straight = forecast.at(time);
+            if time <= 0.0 || matches!(forecast.model, ForecastModel::Path | ForecastModel::Hold) {
+                return frame(&straight);
             }
-            _ => frame(&forecast.at(time)),
+            let here = forecast.at(0.0);
+            let left = if forecast.forgets() { 1.0 } else { tau / time * -(-time / tau).exp_m1() };
+            let mut position = here.position + (straight.position - here.position) * left;
+            if let Some((centre, returns_in)) = area {
+                position += (centre - position) * -(-time / returns_in).exp_m1();
+            }
+            frame(&Motion { position, ..straight })
         };
         let positions: Vec<_> = times().map(foreseen).collect();
         let velocities = positions.windows(2).map(|pair| (pair[1] - pair[0]) / step);
@@ -251,20 +250,23 @@ mod tests {
         AuvForecast::new(&state, Intent::default(), Forecast::ConstantTurn, &STILL)
     }
 
-    fn track(auv: &AuvForecast, past: Option<PastWork>, current: &Vector2<f64>) -> SampledTrack {
+    /// Never turns, all but.
+    const STRAIGHT: PastWork = PastWork { between_turns: 1e15, area: None };
+
+    fn track(auv: &AuvForecast, past: PastWork, current: &Vector2<f64>) -> SampledTrack {
         let position = |motion: &Motion| motion.position;
         SampledTrack::new(auv, past, HORIZON, current, position, |_| 8.0)
     }
 
     /// Time at which a craft in still water is near enough after its turn.
     fn arrival(auv: &AuvForecast) -> Option<f64> {
-        let arrival = craft(STILL).arrive(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON);
+        let arrival = craft(STILL).arrive(&track(auv, STRAIGHT, &STILL), &HERE, WITHIN, HORIZON);
         arrival.map(|arrival| arrival.time)
     }
 
     /// Time at which a craft on a constant heading in still water is near enough.
     fn reached(auv: &AuvForecast) -> Option<f64> {
-        craft(STILL).reach(&track(auv, None, &STILL), &HERE, WITHIN, HORIZON)
+        craft(STILL).reach(&track(auv, STRAIGHT, &STILL), &HERE, WITHIN, HORIZON)
     }
 
     fn craft(current: Vector2<f64>) -> Craft {
@@ -292,7 +294,7 @@ mod tests {
                 let angle = 0.26 * f64::from(k) + 0.3 * current.x;
                 let place = direction(angle) * (15.0 + 60.0 * f64::from(k));
                 let auv = forecast(place.x, place.y, 2.0 - angle, 0.1 * f64::from(k % 7), 0.0);
-                let (track, craft) = (track(&auv, None, &current), craft(current));
+                let (track, craft) = (track(&auv, STRAIGHT, &current), craft(current));
                 let found = craft.reach(&track, &HERE, WITHIN, HORIZON);
                 let expected = scanned(&craft, &auv, false);
                 assert_eq!(found.is_some(), expected.is_some(), "{current} {k}");
@@ -359,7 +361,7 @@ mod tests {
     fn the_forecast_of_an_auv_that_turns_is_the_mean_of_random_turns() {
         let auv = forecast(0.0, 0.0, 0.0, 0.5, 0.0);
         let past = PastWork { between_turns: 120.0, area: None };
-        let [straight, turning] = [None, Some(past)].map(|past| track(&auv, past, &STILL));
+        let [straight, turning] = [STRAIGHT, past].map(|past| track(&auv, past, &STILL));
         for until in [10, 120, 1700] {
             // Mean of tracks whose legs end at random, each second with a probability of 1/120.
             let each = (0..until).map(|t| 0.5 * (1.0_f64 - 1.0 / 120.0).powf(f64::from(t)));
@@ -373,8 +375,8 @@ mod tests {
     #[test]
     fn an_auv_at_rest_is_expected_where_it_is() {
         let corner = |k: u32| [400.0 * f64::from(k), 200.0 * f64::from(k % 2), 0.0];
-        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
-        assert!(past.is_some_and(|past| past.area.is_some()));
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL, 200.0);
+        assert!(past.area.is_some());
         let state = moving(150.0, 0.0, 8.0, 0.0, 0.0);
         let auv = AuvForecast::new(&state, Intent::default(), Forecast::Auto, &STILL);
         near(track(&auv, past, &STILL).at(1700.0).x, 150.0, 1e-9);
@@ -384,14 +386,14 @@ mod tests {
     fn an_auv_that_works_in_an_area_is_expected_in_its_middle() {
         // Eight legs of 200 m at 0.5 m/s, back and forth.
         let corner = |k: u32| [400.0 * f64::from(k), 200.0 * f64::from(k % 2), 0.0];
-        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL, 200.0);
         let auv = forecast(150.0, 0.0, 0.0, 0.5, 0.0);
         let (here, later) = (track(&auv, past, &STILL).at(0.0), track(&auv, past, &STILL).at(1800.0));
         near(here.x, 150.0, 1e-9);
         near(later.x, 100.0, 10.0);
         // On a long way with bends it is not.
         let corner = |k: u32| [400.0 * f64::from(k), 150.0 * f64::from(k), 100.0 * f64::from(k % 2)];
-        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL);
-        assert!(past.is_some_and(|past| past.area.is_none()));
+        let past = PastWork::of(&(0..9).map(corner).collect::<Vec<_>>(), &STILL, 200.0);
+        assert!(past.area.is_none());
     }
 }
