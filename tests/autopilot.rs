@@ -21,7 +21,7 @@ pub const GUIDED: u32 = 15;
 pub const ORIGIN: [f64; 2] = [38.41, -9.11];
 /// Metres in a degree of latitude, near enough over a few hundred metres.
 const METRES_PER_DEGREE: f64 = 111_319.5;
-/// Time without references after which it stops, s.
+/// Time without references after which ArduPilot stops, s.
 const REFERENCE_AGE_MAX: f64 = 3.0;
 /// Time constants, s. The real ones: 5° from a 30° step after 1.5 s, 10 % of speed after 2.3 s.
 const HEADING_TIME: f64 = 0.8;
@@ -66,6 +66,8 @@ pub struct Boat {
     pub speed_time: f64,
     /// Fastest turn, rad/s.
     pub turn_rate_max: f64,
+    /// Time without references after which it stops, s.
+    pub watchdog_s: f64,
     /// `true` while the rudder is stuck.
     pub is_rudder_stuck: bool,
     /// Speed, m/s, heading, rad, and the time of their arrival, s.
@@ -113,6 +115,7 @@ impl Boat {
             heading_time: HEADING_TIME,
             speed_time: SPEED_TIME,
             turn_rate_max: TURN_RATE_MAX,
+            watchdog_s: REFERENCE_AGE_MAX,
             is_rudder_stuck: false,
             reference: None,
             yaw_rate: 0.0,
@@ -161,12 +164,7 @@ impl Boat {
 
     /// Sails for `dt` from `t_s` on, s, in a current (north, east), m/s.
     pub fn step(&mut self, t_s: f64, dt: f64, current: &Vector2<f64>) {
-        let fresh = self.reference.filter(|(_, _, at)| t_s - at <= REFERENCE_AGE_MAX);
-        let may_run = self.is_armed && self.mode == GUIDED;
-        let (speed, heading) = match fresh {
-            Some((speed, heading, _)) if may_run => (speed, heading),
-            _ => (0.0, self.heading),
-        };
+        let (speed, heading) = self.followed(t_s).unwrap_or((0.0, self.heading));
         let turn = (heading - self.heading).sin().atan2((heading - self.heading).cos());
         if !self.is_rudder_stuck {
             self.yaw_rate = (turn / self.heading_time.max(dt)).clamp(-self.turn_rate_max, self.turn_rate_max);
@@ -175,6 +173,23 @@ impl Boat {
         let faster = (speed - self.speed) / self.speed_time.max(dt);
         self.speed += faster.clamp(-ACCELERATION_MAX, ACCELERATION_MAX) * dt;
         self.position += self.velocity(current) * dt;
+    }
+
+    /// The speed, m/s, and heading, rad, that it follows at `t_s`, s.
+    pub fn followed(&self, t_s: f64) -> Option<(f64, f64)> {
+        let may_run = self.is_armed && self.mode == GUIDED;
+        let fresh = self.reference.filter(|(_, _, at_s)| may_run && t_s - at_s <= self.watchdog_s);
+        fresh.map(|(speed, heading, _)| (speed, heading))
+    }
+
+    /// The time of its last reference, s.
+    pub fn referred_s(&self) -> Option<f64> {
+        self.reference.map(|(_, _, at_s)| at_s)
+    }
+
+    /// Forgets its last reference.
+    pub fn forget(&mut self) {
+        self.reference = None;
     }
 
     /// Over ground (north, east), m/s: its loop holds the speed ahead; the current adds drift.

@@ -51,6 +51,9 @@ struct Arguments {
     /// Process of the service, whose memory is reported.
     #[arg(long)]
     pid: Option<u32>,
+    /// Other vessels that each mission's reports tell of, within a kilometre.
+    #[arg(long, default_value_t = 0)]
+    vessels: usize,
     /// Add so many missions every minute instead, until the service has too much to do.
     #[arg(long)]
     step: Option<usize>,
@@ -61,7 +64,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let arguments = Arguments::parse();
     let address = arguments.url.trim_start_matches("http://").trim_end_matches('/');
     let address: SocketAddr = address.parse()?;
-    let mut load = Load::new(address, arguments.pid);
+    let mut load = Load::new(address, arguments.pid, arguments.vessels);
     let time = Duration::from_secs_f64(60.0 * arguments.minutes);
     match arguments.step {
         Some(step) => load.step(step).await?,
@@ -74,6 +77,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
 struct Load {
     address: SocketAddr,
     pid: Option<u32>,
+    vessels: usize,
     shared: Shared,
     ids: Vec<String>,
     flights: JoinSet<()>,
@@ -81,10 +85,11 @@ struct Load {
 }
 
 impl Load {
-    fn new(address: SocketAddr, pid: Option<u32>) -> Self {
+    fn new(address: SocketAddr, pid: Option<u32>, vessels: usize) -> Self {
         Self {
             address,
             pid,
+            vessels,
             shared: Shared::default(),
             ids: vec![],
             flights: JoinSet::new(),
@@ -102,7 +107,8 @@ impl Load {
             let Some(id) = make(&mut connection, &self.shared).await? else {
                 return Ok(false);
             };
-            let flight = Flight::new(self.address, self.ids.len(), id.clone(), self.shared.clone());
+            let flight =
+                Flight::new(self.address, self.ids.len(), id.clone(), self.vessels, self.shared.clone());
             self.ids.push(id);
             self.flights.spawn(flight.fly(end));
             sleep_until(next).await;

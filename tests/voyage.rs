@@ -26,6 +26,7 @@ mod checker;
 mod database;
 mod faults;
 mod host;
+mod imc;
 mod moos;
 mod operator;
 mod planners;
@@ -81,6 +82,8 @@ pub enum Wire {
     Mavlink,
     /// A connection to a MOOSDB, which may be cut or delayed.
     Moos,
+    /// Datagrams of IMC, which may be lost, doubled or damaged.
+    Imc,
 }
 
 /// Result of a voyage.

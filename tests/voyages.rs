@@ -24,7 +24,7 @@ struct Arguments {
     /// Without faults.
     #[arg(long)]
     nominal: bool,
-    /// The boat's wire: mavlink or moos.
+    /// The boat's wire: mavlink, moos or imc.
     #[arg(long, default_value = "mavlink", value_parser = wire)]
     wire: Wire,
     /// Displays after each fault, a line of JSON a look, for `tests/browser/shown.mjs`.
@@ -45,7 +45,8 @@ fn wire(name: &str) -> Result<Wire, String> {
     match name {
         "mavlink" => Ok(Wire::Mavlink),
         "moos" => Ok(Wire::Moos),
-        _ => Err("mavlink or moos".to_owned()),
+        "imc" => Ok(Wire::Imc),
+        _ => Err("mavlink, moos or imc".to_owned()),
     }
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod auv;
 pub(crate) mod bounds;
 pub(crate) mod evidence;
 pub(crate) mod field_error;
+pub(crate) mod fleet;
 pub(crate) mod goal;
 pub(crate) mod known_path;
 pub(crate) mod localise;

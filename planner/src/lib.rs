@@ -28,6 +28,7 @@
 //! | `solve/` | Clarabel, the certificate that checks it, and the stop signal |
 //! | `scp/` | sequential convex programming: initial guesses, iterations, predicted cost |
 //! | `choose/` | the fallback levels, the selected answer, and the entry point [`plan::plan`] |
+//! | `fleet/` | several craft: who serves whom, and the slots of the acoustic network |
 //!
 //! A plan for an AUV straight ahead:
 //!
@@ -68,6 +69,7 @@ mod coast;
 pub mod craft;
 pub mod estimate;
 mod facts;
+pub mod fleet;
 mod localise;
 pub mod los;
 mod predict;

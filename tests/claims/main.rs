@@ -5,6 +5,7 @@
 mod any_snapshot;
 mod deadline;
 mod fallback_levels;
+mod fleets;
 mod fuzz;
 mod guarantees;
 mod imports;

@@ -38,9 +38,10 @@ fn a_voyage_without_faults_has_no_alarm() {
 
 #[test]
 fn every_claim_holds_on_other_wires() {
-    let wire = Wire::Moos;
-    unbroken(1..11, Course { wire, ..COURSE });
-    unbroken(2..3, Course { wire, is_nominal: true, ..COURSE });
+    for wire in [Wire::Moos, Wire::Imc] {
+        unbroken(1..11, Course { wire, ..COURSE });
+        unbroken(2..3, Course { wire, is_nominal: true, ..COURSE });
+    }
 }
 
 #[test]
@@ -58,7 +59,7 @@ const LATER_S: [(Kind, f64); 2] = [(Kind::AuvSilent, 15.0), (Kind::RudderStuck, 
 
 #[test]
 fn no_display_reports_steering_three_seconds_after_a_fault() {
-    let wires = [Wire::Mavlink, Wire::Moos];
+    let wires = [Wire::Mavlink, Wire::Moos, Wire::Imc];
     for (kind, wire) in Kind::SHOWN.into_iter().flat_map(|kind| wires.map(|wire| (kind, wire))) {
         let only = Some(kind);
         let voyage = sail(1, Course { only, wire, ..COURSE });

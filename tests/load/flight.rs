@@ -23,6 +23,8 @@ const SIGMA: f64 = 1.5;
 /// The planner's defaults: largest yaw rate of the craft, rad/s, and time constant of surge, s.
 const TURN_RATE: f64 = 0.3;
 const SURGE_LAG: f64 = 2.5;
+/// Other vessels begin at most so far north and east of the lanes, m.
+const VESSELS_WITHIN: f64 = 1000.0;
 /// Between two posts of a mission.
 const PERIOD: Duration = Duration::from_secs(1);
 
@@ -33,6 +35,16 @@ struct Sea {
     /// Distance of the AUVs along their lanes, m.
     along: f64,
     craft: Craft,
+    vessels: Vec<Ship>,
+}
+
+/// Another vessel, which keeps its course and speed.
+#[derive(Debug)]
+struct Ship {
+    north: f64,
+    east: f64,
+    course: f64,
+    speed: f64,
 }
 
 #[derive(Debug, Default)]
@@ -46,17 +58,28 @@ struct Craft {
 }
 
 impl Sea {
-    fn new(seed: u64) -> Self {
-        Self {
-            random: ChaCha8Rng::seed_from_u64(seed),
-            along: 0.0,
-            craft: Craft { east: 0.3 * LANE, ..Craft::default() },
-        }
+    fn new(seed: u64, vessels: usize) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut within = || random.random_range(-VESSELS_WITHIN..VESSELS_WITHIN);
+        let places: Vec<[f64; 2]> = (0..vessels).map(|_| [within(), within()]).collect();
+        let ships = places.into_iter().map(|[north, east]| Ship {
+            north,
+            east,
+            course: random.random_range(-PI..PI),
+            speed: random.random_range(0.0..5.0),
+        });
+        let vessels = ships.collect();
+        let craft = Craft { east: 0.3 * LANE, ..Craft::default() };
+        Self { random, along: 0.0, craft, vessels }
     }
 
     /// `dt` seconds later.
     fn advance(&mut self, dt: f64) {
         self.along += AUV_SPEED * dt;
+        for ship in &mut self.vessels {
+            ship.north += ship.speed * ship.course.cos() * dt;
+            ship.east += ship.speed * ship.course.sin() * dt;
+        }
         let craft = &mut self.craft;
         let turn = (craft.heading_ordered - craft.heading + PI).rem_euclid(TAU) - PI;
         craft.heading += turn.clamp(-TURN_RATE * dt, TURN_RATE * dt);
@@ -87,7 +110,22 @@ impl Sea {
             "heading_rad": craft.heading,
             "speed_mps": craft.speed,
         });
-        json!({ "auvs": auvs, "asc": [{ "t_s": now, "state": state }] })
+        let mut reports = json!({ "auvs": auvs, "asc": [{ "t_s": now, "state": state }] });
+        if !self.vessels.is_empty() {
+            let told = |(index, ship): (usize, &Ship)| {
+                json!({
+                    "id": format!("vessel-{index}"),
+                    "t_s": now,
+                    "north_m": ship.north,
+                    "east_m": ship.east,
+                    "course_rad": ship.course,
+                    "speed_mps": ship.speed,
+                    "length_m": 30.0,
+                })
+            };
+            reports["traffic"] = self.vessels.iter().enumerate().map(told).collect();
+        }
+        reports
     }
 }
 
@@ -150,9 +188,9 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
-    pub(crate) fn new(address: SocketAddr, index: usize, id: String, shared: Shared) -> Self {
+    pub(crate) fn new(address: SocketAddr, index: usize, id: String, vessels: usize, shared: Shared) -> Self {
         let seed = u64::try_from(index).expect("few missions");
-        Self { index, id, connection: Connection::new(address), sea: Sea::new(seed), shared }
+        Self { index, id, connection: Connection::new(address), sea: Sea::new(seed, vessels), shared }
     }
 
     /// Posts once a second at its own times, and reads the reference twice in between.

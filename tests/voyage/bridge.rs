@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use bridge::autopilot_link::AutopilotSettings;
 use bridge::follow::{Bridge, Settings};
+use bridge::imc::ImcSettings;
 use bridge::mission_client::{Answer, Answering, Call, MissionClient, Transport};
 use bridge::mission_link::MissionChoice;
 use rand::RngExt as _;
@@ -16,7 +17,7 @@ use tokio::task::JoinHandle;
 use super::faults::Kind;
 use super::host::{Host, Request};
 use super::sea::{AUV, Limits, Sea};
-use super::{Wire, World, lock, rng};
+use super::{Wire, World, imc, lock, rng};
 
 pub(super) struct BridgeProcess {
     world: Arc<World>,
@@ -34,7 +35,7 @@ impl BridgeProcess {
         let mut settings = Settings {
             rate_hz: [2.0, 5.0, 10.0][draws.random_range(0..3)],
             report_interval: Duration::from_millis([200, 500, 1_000][draws.random_range(0..3)]),
-            take_control: world.course.wire == Wire::Mavlink,
+            take_control: world.course.wire != Wire::Moos,
             dry_run: world.course.is_dry,
             ..Settings::default()
         };
@@ -74,6 +75,16 @@ impl BridgeProcess {
                 AutopilotSettings::Mavlink { connect, system: None, auvs: BTreeMap::from([(AUV, auv)]) }
             }
             Wire::Moos => AutopilotSettings::Moos { connect, auvs: vec![auv], datum: None, is_raw: false },
+            Wire::Imc => AutopilotSettings::Imc(ImcSettings {
+                connect,
+                number: 9,
+                vehicle: "craft".to_owned(),
+                auvs: vec![auv.clone()],
+                numbers: [(imc::CRAFT, "craft".to_owned()), (imc::AUV, auv)].into(),
+                beacons: BTreeMap::new(),
+                headings: false,
+                asks: false,
+            }),
         };
         let sea = Arc::clone(&self.sea);
         let mut bridge = Bridge::open(&self.world.aboard, autopilot, settings, move |_, input| {

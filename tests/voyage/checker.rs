@@ -18,6 +18,7 @@ guided: bridge: nothing is sent to a craft that a person has taken over or disar
 position: bridge: nothing is sent without a known position of the last 3 s
 plan age: bridge: no plan is followed for longer than 10 s after its arrival
 paused: bridge: a paused mission steers nothing
+watchdog: craft: 3 s after its last reference the craft follows none
 doubts: bridge: nothing is sent while positions or headings contradict each other
 orders: bridge: nothing is armed and no mode is ordered after the first reference
 resumes: all: the craft is steered again 30 s after the last fault
@@ -149,8 +150,8 @@ fn name_of(fault: &Fault, is_shared: bool, wire: Wire) -> Option<&'static str> {
         Kind::NoHeartbeat => Some("no heartbeat of the autopilot"),
         Kind::PositionUnknown => Some("no recent position"),
         Kind::TakenOver => Some("left its guided mode"),
-        // A helm is not armed.
-        Kind::Disarmed if wire == Wire::Moos => Some("left its guided mode"),
+        // Neither a helm nor DUNE is armed.
+        Kind::Disarmed if wire != Wire::Mavlink => Some("left its guided mode"),
         Kind::Disarmed => Some("not armed"),
         Kind::TwoReceivers => {
             Some("two receivers, or two vehicles with one system number; no references are sent")

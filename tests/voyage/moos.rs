@@ -86,6 +86,14 @@ fn length(bytes: usize) -> [u8; 4] {
     u32::try_from(bytes).expect("is short").to_le_bytes()
 }
 
+/// Time without updates after which the shipped behaviours end, s: the longest.
+pub(super) fn watchdog_s() -> f64 {
+    let behaviours = include_str!("../../examples/moos/craft.bhv").lines();
+    let durations =
+        behaviours.filter_map(|line| line.trim().strip_prefix("duration ")?.trim().strip_prefix('='));
+    durations.map(|text| text.trim().parse().expect("is a number")).fold(0.0, f64::max)
+}
+
 /// What the bridge means by `bytes`, whole packets after a greeting or not.
 pub(super) fn messages(bytes: &[u8]) -> Vec<MavMessage> {
     let mut rest = if bytes.starts_with(b"ELKS") { &bytes[GREETING..] } else { bytes };
@@ -111,8 +119,10 @@ pub(super) fn messages(bytes: &[u8]) -> Vec<MavMessage> {
             let value = text.split_once('=').and_then(|(_, value)| value.parse::<f64>().ok());
             match key {
                 "PILOTFISH_HEADING" => heading = value,
-                "PILOTFISH_SPEED" => all.extend(heading.zip(value).map(reference)),
-                "PILOTFISH_STATE" => all.push(said(text)),
+                "PILOTFISH_SPEED" => all.extend(
+                    heading.zip(value).map(|(heading, speed)| reference((heading.to_radians(), speed))),
+                ),
+                "PILOTFISH_STATE" => all.push(said(&format!("Pilotfish {text}"))),
                 _ => {}
             }
         }
@@ -120,20 +130,20 @@ pub(super) fn messages(bytes: &[u8]) -> Vec<MavMessage> {
     all
 }
 
+/// A reference of a heading, rad, and a speed, m/s.
 #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
-fn reference((heading, speed): (f64, f64)) -> MavMessage {
+pub(super) fn reference((heading, speed): (f64, f64)) -> MavMessage {
     MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
         vx: speed as f32,
-        yaw: heading.to_radians() as f32,
+        yaw: heading as f32,
         type_mask: PositionTargetTypemask::from_bits_retain(0x9C7),
         ..SET_POSITION_TARGET_LOCAL_NED_DATA::DEFAULT
     })
 }
 
-/// The state as a text to a ground station.
-fn said(state: &str) -> MavMessage {
+/// A text to a ground station.
+pub(super) fn said(text: &str) -> MavMessage {
     let mut bytes = [0; 50];
-    let text = format!("Pilotfish {state}");
     let kept = text.floor_char_boundary(bytes.len());
     bytes[..kept].copy_from_slice(&text.as_bytes()[..kept]);
     MavMessage::STATUSTEXT(STATUSTEXT_DATA { text: CharArray::new(bytes), ..STATUSTEXT_DATA::DEFAULT })

@@ -14,6 +14,7 @@ use rand::{Rng as _, RngExt as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 
+use super::imc::{self, Dune};
 use super::ships::{self, Ship};
 use super::{CLEAR_S, Wire, World, faults::Kind, lock, moos, planners, rng};
 use crate::autopilot::{Boat, GUIDED, HOLD, SYSTEM, frame, place};
@@ -44,6 +45,8 @@ const WAY: f64 = 0.45;
 /// bridge's 5.7 m and 0.3 m/s, and delays.
 const FROZEN_M: f64 = 8.0;
 const FROZEN_SPEED: f64 = 0.4;
+/// Least time between two references to DUNE, s.
+const IMC_INTERVAL_S: f64 = 0.45;
 /// Offset of a second receiver (north, east), m.
 const ELSEWHERE: [f64; 2] = [60.0, -45.0];
 
@@ -74,6 +77,7 @@ struct State {
     stops: bool,
     is_noisy: bool,
     fix_due_s: f64,
+    dune: Dune,
     ships: Vec<Ship>,
     /// Time since which the boat is steered without a fault, s.
     undisturbed_since_s: f64,
@@ -106,7 +110,9 @@ struct Known {
     plan_sequence: u64,
     plan_arrived_s: Option<f64>,
     paused_since_s: Option<f64>,
-    sent: Option<(f64, f64, f64)>,
+    /// Time, s, of the last reference and its speed, m/s; of the last one with a heading, rad.
+    sent: Option<(f64, f64)>,
+    headed: Option<(f64, f64)>,
     sent_s: f64,
     has_sent: bool,
 }
@@ -126,8 +132,16 @@ fn hull_and_stops(seed: u64) -> (Boat, bool, bool) {
 impl Sea {
     pub(super) fn new(world: &Arc<World>, seed: u64) -> Self {
         let (mut boat, stops, is_noisy) = hull_and_stops(seed);
-        let is_moos = world.course.wire == Wire::Moos;
-        if is_moos || world.course.is_dry && seed % 2 == 1 {
+        let wire = world.course.wire;
+        // A helm is in DRIVE, and no craft but ArduPilot's is armed.
+        boat.is_armed = wire != Wire::Mavlink;
+        boat.watchdog_s = match wire {
+            Wire::Mavlink => boat.watchdog_s,
+            Wire::Moos => moos::watchdog_s(),
+            // DUNE's supervisor ends the manoeuvre.
+            Wire::Imc => f64::INFINITY,
+        };
+        if wire == Wire::Moos || world.course.is_dry && seed % 2 == 1 {
             (boat.mode, boat.is_armed) = (GUIDED, true);
         }
         let (mut draws, course) = (rng(seed, 4), world.course);
@@ -140,15 +154,14 @@ impl Sea {
             Vector2::new(draws.random_range(-20.0..20.0), draws.random_range(10.0..30.0)),
             draws.random_range(-3.0..3.0),
         );
-        let meets = course.only.is_none() && !course.is_dry && !is_moos;
+        let meets = course.only.is_none() && !course.is_dry && wire != Wire::Moos;
         let ships = if meets {
             ships::drawn(&mut rng(seed, 10), seed, auv, AUV_SPEED, course.duration_s)
         } else {
             vec![]
         };
-        if !ships.is_empty() {
-            // Keeping clear takes full speed for minutes, and the autopilot allows 2 m/s: a plan of
-            // more would find that the craft does not follow.
+        if wire != Wire::Mavlink {
+            // Only MAVLink tells that the boat makes no more.
             limits.speed_max = limits.speed_max.min(2.0);
         }
         Self {
@@ -161,6 +174,7 @@ impl Sea {
                 auv,
                 rng: draws,
                 fix_due_s: 0.0,
+                dune: Dune::default(),
                 ships,
                 undisturbed_since_s: 0.0,
                 step: 0,
@@ -176,7 +190,10 @@ impl Sea {
     }
 
     /// Starts a bridge without knowledge, which sends a reference each `period_s`.
-    pub(super) fn new_bridge(&self, period_s: f64) {
+    pub(super) fn new_bridge(&self, mut period_s: f64) {
+        if self.world.course.wire == Wire::Imc {
+            period_s *= (IMC_INTERVAL_S / period_s).ceil();
+        }
         let mut state = lock(&self.state);
         state.known = Known {
             period_s,
@@ -218,14 +235,15 @@ impl Sea {
             self.world.aboard.sleep(Duration::from_secs_f64(step_s)).await;
             let (input, pieces) = self.step(step_s);
             let Some(input) = input else { continue };
+            let is_datagram = self.world.course.wire == Wire::Imc;
             for (delay_s, bytes) in pieces {
                 if delay_s == 0.0 {
-                    input.arrived(bytes, false).await;
+                    input.arrived(bytes, is_datagram).await;
                 } else {
                     let (input, clock) = (input.clone(), self.world.aboard.clone());
                     tokio::spawn(async move {
                         clock.sleep(Duration::from_secs_f64(delay_s)).await;
-                        input.arrived(bytes, false).await;
+                        input.arrived(bytes, is_datagram).await;
                     });
                 }
             }
@@ -264,9 +282,13 @@ impl Sea {
             !is_due
         });
         for (_, bytes) in arrived {
-            for message in self.messages(&bytes) {
+            for message in self.messages(&bytes, &mut state.dune) {
                 state.boat.take(&message, t_s, &mut answers);
             }
+        }
+        if self.world.course.wire == Wire::Imc {
+            let hands_back = !now.is_paused && !now.has(Kind::TakenOver) && state.input.is_some();
+            state.dune.supervise(&mut state.boat, t_s, hands_back);
         }
         state.boat.step(t_s, step_s, &still);
         let (position, course) = &mut state.auv;
@@ -289,11 +311,12 @@ impl Sea {
         let is_heartbeat = |message: &MavMessage| matches!(message, MavMessage::HEARTBEAT(_));
         let heartbeat = said.iter().any(is_heartbeat);
         let unix_s = self.world.aboard.unix_s();
-        let is_moos = self.world.course.wire == Wire::Moos;
-        let mut bytes: Vec<u8> = if is_moos {
-            moos::written(&shown, &said, unix_s)
-        } else {
-            said.iter().flat_map(|message| frame(SYSTEM, message)).collect()
+        let wire = self.world.course.wire;
+        said.extend(state.ships.iter_mut().filter_map(|ship| ship.says(t_s)));
+        let mut bytes: Vec<u8> = match wire {
+            Wire::Mavlink => said.iter().flat_map(|message| frame(SYSTEM, message)).collect(),
+            Wire::Moos => moos::written(&shown, &said, unix_s),
+            Wire::Imc => imc::written(&shown, &said, unix_s),
         };
         if state.fix_due_s <= t_s {
             state.fix_due_s = t_s + FIX_S;
@@ -305,16 +328,13 @@ impl Sea {
                     position += normal(&mut state.rng) * SIGMA_M;
                 }
                 let place = place(&position, &velocity, None);
-                bytes.extend(if is_moos {
-                    moos::node_report("auv-1", &place, unix_s)
-                } else {
-                    frame(u32::from(AUV), &place)
+                bytes.extend(match wire {
+                    Wire::Mavlink => frame(u32::from(AUV), &place),
+                    Wire::Moos => moos::node_report("auv-1", &place, unix_s),
+                    Wire::Imc => imc::auv(&place, unix_s),
                 });
             }
         }
-        bytes.extend(
-            state.ships.iter_mut().filter_map(|ship| ship.says(t_s)).flat_map(|said| frame(SYSTEM, &said)),
-        );
         state.step += 1;
 
         let is_bad = now.has(Kind::BadWire);
@@ -339,7 +359,12 @@ impl Sea {
         }
         drop(now);
         self.check(state, t_s, is_due);
-        let mut pieces = carried(bytes, is_bad, is_cut, self.world.course.wire, &mut state.rng);
+        let mut pieces = carried(bytes, is_bad, is_cut, wire, &mut state.rng);
+        if wire == Wire::Imc {
+            for (_, bytes) in &pieces {
+                state.dune.tell(bytes);
+            }
+        }
         if !is_cut && std::mem::take(&mut state.is_opened) {
             pieces.insert(0, (0.0, vec![]));
         }
@@ -357,6 +382,11 @@ impl Sea {
             });
         }
         if state.step.is_multiple_of(10) {
+            let silent_s = boat.referred_s().map_or(0.0, |at_s| t_s - at_s);
+            let is_steered = boat.followed(t_s).is_some();
+            self.world.claim("watchdog", !is_steered || silent_s <= 3.0, || {
+                format!("it follows a reference of {silent_s:.1} s ago")
+            });
             let steered_s = t_s - state.undisturbed_since_s;
             for clearance in
                 state.ships.iter().filter_map(|ship| ship.clearance(t_s, &boat.position, steered_s))
@@ -388,7 +418,8 @@ impl Sea {
         let mut state = lock(&self.state);
         // The bridge closes the connection.
         state.is_opened |= bytes.is_empty();
-        for message in self.messages(bytes) {
+        let meant = self.messages(bytes, &mut state.dune);
+        for message in meant {
             match message {
                 MavMessage::SET_POSITION_TARGET_LOCAL_NED(target) => {
                     let speed = f64::from(target.vx.hypot(target.vy));
@@ -419,15 +450,17 @@ impl Sea {
         let state = &mut *state;
         let wire = self.world.course.wire;
         // The stand-in of a database reads whole packets.
-        let is_bad = is_bad && wire == Wire::Mavlink;
+        let is_bad = is_bad && wire != Wire::Moos;
         let pieces = carried(bytes.to_vec(), is_bad, is_cut, wire, &mut state.rng);
         state.to_boat.extend(pieces.into_iter().map(|(delay_s, bytes)| (t_s + delay_s, bytes)));
     }
 
     /// The whole messages in `bytes`.
-    fn messages(&self, bytes: &[u8]) -> Vec<MavMessage> {
-        if self.world.course.wire == Wire::Moos {
-            return moos::messages(bytes);
+    fn messages(&self, bytes: &[u8], dune: &mut Dune) -> Vec<MavMessage> {
+        match self.world.course.wire {
+            Wire::Mavlink => {}
+            Wire::Moos => return moos::messages(bytes),
+            Wire::Imc => return dune.messages(bytes),
         }
         let mut reader = MavlinkReader::new(bytes);
         let mut all = vec![];
@@ -447,7 +480,7 @@ impl Sea {
         world.claim("limits", speed.is_finite() && heading.is_finite() && speed <= speed_max + 1e-4, || {
             format!("{speed} m/s, at most {speed_max} are allowed")
         });
-        if let Some((before_s, before_speed, before_heading)) = known.sent
+        if let Some((before_s, before_speed)) = known.sent
             && t_s - before_s <= 3.0
         {
             let elapsed = t_s - before_s;
@@ -455,18 +488,29 @@ impl Sea {
             world.claim("rate", !world.course.is_nominal || off <= 1.1e-3, || {
                 format!("{elapsed:.4} s after the last one, every {:.1} s is expected", known.period_s)
             });
+            let rise = speed - before_speed;
+            // DUNE is stopped by a place, so that it holds no slower speeds than this.
+            let rounded = if world.course.wire == Wire::Imc { 0.05 } else { 1e-4 };
+            world.claim("limits", rise <= 4.0 * acceleration_max * elapsed + rounded, || {
+                format!("{rise:.4} m/s faster after {elapsed:.3} s, with {acceleration_max} m/s²")
+            });
+        }
+        if let Some((before_s, before_heading)) = known.headed
+            && t_s - before_s <= 3.0
+        {
+            let elapsed = t_s - before_s;
             let turn = (heading - before_heading).sin().atan2((heading - before_heading).cos()).abs();
             world.claim("limits", turn <= turn_rate_max * elapsed + 1e-4, || {
                 format!(
                     "a turn of {turn:.4} rad in {elapsed:.3} s, at most {turn_rate_max} rad/s are allowed"
                 )
             });
-            let rise = speed - before_speed;
-            world.claim("limits", rise <= 4.0 * acceleration_max * elapsed + 1e-4, || {
-                format!("{rise:.4} m/s faster after {elapsed:.3} s, with {acceleration_max} m/s²")
-            });
         }
-        known.sent = Some((t_s, speed, heading));
+        // A stop of DUNE has no direction.
+        if world.course.wire != Wire::Imc || 0.0 < speed {
+            known.headed = Some((t_s, heading));
+        }
+        known.sent = Some((t_s, speed));
         (known.sent_s, known.has_sent) = (t_s, true);
 
         // A bad wire delivers old heartbeats and loses new ones.
@@ -570,7 +614,8 @@ fn carried(
         bytes[place] ^= 1 << (rng.next_u32() % 8);
     }
     let mut late = || {
-        if rng.random_bool(0.5) { rng.random_range(0.001..DELAY_MAX_S) } else { 0.0 }
+        // On a network there are no modems that keep bytes.
+        if wire == Wire::Mavlink && rng.random_bool(0.5) { rng.random_range(0.001..DELAY_MAX_S) } else { 0.0 }
     };
     let mut pieces = vec![(late(), bytes.clone())];
     if rng.random_bool(0.1) {

@@ -97,6 +97,8 @@ pub struct Bridge {
     speed_max: Option<f64>,
     met_s: Option<f64>,
     reported_s: f64,
+    /// Time of the last end of references, s.
+    silent_since_s: f64,
     trouble: Option<String>,
     last_second: u64,
 }
@@ -109,6 +111,9 @@ const LISTEN: Duration = Duration::from_millis(100);
 const PARAMETERS_WAIT_S: f64 = 5.0;
 /// Time to wait for positions that agree, one of which becomes the origin of a new mission.
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
+/// Time for which a stop is repeated, s, and how often it is at the bridge's end: datagrams are lost.
+const STOPS_S: f64 = 1.0;
+const STOPS: usize = 3;
 /// Time between two requests to the autopilot, s.
 const REQUEST_INTERVAL_S: u64 = 5;
 /// Time between two status lines in the log book of a network, s.
@@ -157,6 +162,7 @@ impl Bridge {
             speed_max: None,
             met_s: None,
             reported_s: f64::NEG_INFINITY,
+            silent_since_s: f64::NEG_INFINITY,
             trouble: None,
             last_second: 0,
             settings,
@@ -365,7 +371,11 @@ impl Bridge {
         let was_sending = decision.is_sending();
         let action = decision.decide(now, control, &self.telemetry, link, &self.log);
         if !self.settings.dry_run {
-            if was_sending && matches!(action, Action::Silent(_)) {
+            let is_silent = matches!(action, Action::Silent(_));
+            if was_sending && is_silent {
+                self.silent_since_s = now;
+            }
+            if is_silent && now - self.silent_since_s < STOPS_S {
                 self.autopilot.fall_silent(now);
             }
             self.act(now, action, state.as_ref(), link);
@@ -441,7 +451,9 @@ impl Bridge {
         let steering = Steering { state, cause: cause.to_owned() };
         if !self.settings.dry_run {
             if let (true, Some(craft)) = (self.decision.is_sending(), self.telemetry.state()) {
-                self.autopilot.release(craft.heading);
+                for _ in 0..STOPS {
+                    self.autopilot.release(craft.heading);
+                }
             }
             self.autopilot.show(self.now_s(), &steering.to_string(), &LinkStatus::default());
             send_texts(&steering, &mut self.autopilot);

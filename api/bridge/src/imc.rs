@@ -13,8 +13,10 @@ pub(crate) mod mode;
 mod reader;
 #[cfg(test)]
 mod tests;
+mod vehicles;
 
 pub(crate) use self::link::ImcLink;
+pub(crate) use self::vehicles::ImcVehicles;
 
 /// The name of the bridge's plan in DUNE.
 const PLAN: &str = "pilotfish";

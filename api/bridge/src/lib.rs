@@ -36,6 +36,7 @@ mod plan;
 pub mod preflight;
 mod recent_positions;
 pub mod reference;
+pub mod rehearsal;
 mod rejects;
 #[cfg(test)]
 mod tests;

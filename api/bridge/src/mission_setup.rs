@@ -56,7 +56,7 @@ pub(crate) fn declared<T: DeserializeOwned + Default>(live: &Value, member: &str
 }
 
 /// Adds craft and limits that `live` does not state, from the autopilot, if its wire tells what its
-/// heading loop holds, and its parameters.
+/// heading loop holds, and its parameters. A speed limit beyond the autopilot's is lowered to it.
 pub(crate) fn complete(live: &mut Value, parameters: &Parameters, heading_held: Option<HeadingReference>) {
     let at_most = |value: Option<f64>, most: f64| value.map(|value| value.min(most));
     let turn_rate = at_most(parameters.turn_rate_max(), TURN_RATE_MAX);
@@ -78,9 +78,11 @@ pub(crate) fn complete(live: &mut Value, parameters: &Parameters, heading_held: 
     }
     if let Some(mut limits) = declared::<DeclaredLimits>(live, "limits") {
         let steerage_way = parameters.steerage_way().filter(|_| heading_held.is_some());
+        // A plan of more would find that the craft does not follow.
+        limits.speed_max_mps =
+            [limits.speed_max_mps, parameters.speed_max()].into_iter().flatten().reduce(f64::min);
         let half = 0.5 * limits.speed_max_mps.unwrap_or(f64::INFINITY);
         limits.speed_min_mps = limits.speed_min_mps.or(at_most(steerage_way, half));
-        limits.speed_max_mps = limits.speed_max_mps.or(parameters.speed_max());
         limits.turn_rate_max_radps = limits.turn_rate_max_radps.or(turn_rate);
         limits.acceleration_max_mps2 = limits.acceleration_max_mps2.or(acceleration);
         limits.deceleration_max_mps2 = limits.deceleration_max_mps2.or(deceleration);
@@ -134,6 +136,10 @@ mod tests {
         let limits = json!({ "speed_min_mps": 0.125, "speed_max_mps": 0.25, "turn_rate_max_radps": 2.0 });
         assert_eq!(live["limits"], limits);
         assert_eq!(live["craft"]["heading_loop"], json!({ "rate_max_radps": 2.0 }));
+        // A plan is no faster than the autopilot.
+        let mut live = json!({ "limits": { "speed_max_mps": 3.0 } });
+        complete(&mut live, &parameters, Some(HeadingReference::Heading));
+        assert_eq!(live["limits"]["speed_max_mps"], 1.0);
         // A wrong member is for the service to name.
         let mut wrong = json!({ "limits": { "sped": 1 }, "craft": {} });
         complete(&mut wrong, &parameters, Some(HeadingReference::Heading));

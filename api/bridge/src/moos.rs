@@ -10,8 +10,10 @@ mod node_report;
 mod packet;
 #[cfg(test)]
 mod tests;
+mod vehicles;
 mod views;
 
 pub(crate) use self::client::MoosClient;
 pub use self::mission_file::{NoDatum, datum_of};
+pub(crate) use self::vehicles::MoosVehicles;
 pub(crate) use self::views::NO_PLAN;

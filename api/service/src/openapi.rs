@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use axum::{body::Bytes, http::header, response::IntoResponse};
+use planner::fleet::CRAFT_MAX;
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -13,6 +14,7 @@ use crate::examples::{self, EXAMPLES};
 use crate::missions::routes as calls;
 use crate::planning::{batch, plan, route_files};
 use crate::{crafts, health, metrics};
+use wire::{FleetResponse, PreviousFleet, SurfaceCraft};
 
 mod limits;
 mod rules;
@@ -40,6 +42,7 @@ pub(crate) fn document() -> &'static Value {
         rules::name_kinds(&mut document);
         limits::write(&mut document);
         rules::write(&mut document);
+        describe_fleets(&mut document);
         link_missions(&mut document);
         describe_events(&mut document);
         describe_tokens(&mut document);
@@ -75,14 +78,17 @@ fn describe_tokens(document: &mut Value) {
 
 pub(crate) fn documented() -> OpenApiRouter<AppState> {
     #[derive(OpenApi)]
-    #[openapi(info(
-        title = "Pilotfish",
-        description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
+    #[openapi(
+        info(
+            title = "Pilotfish",
+            description = "Formation planner: snapshots of underwater vehicles in, speed and heading references for \
             a surface craft out. Values are in SI units and radians, with the unit in every name. Positions are local \
             north-east-down; headings and courses are 0 at north and positive clockwise. Every refusal is a problem \
             document, except what the HTTP library refuses without a body: malformed HTTP (400), and a head that is \
             longer than 16 KiB or has over 100 headers (431)."
-    ))]
+        ),
+        components(schemas(SurfaceCraft, PreviousFleet, FleetResponse))
+    )]
     struct Document;
 
     OpenApiRouter::with_openapi(Document::openapi())
@@ -112,6 +118,31 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
         .routes(routes!(health::readyz))
         .routes(routes!(health::version))
         .routes(routes!(metrics::get_metrics))
+}
+
+/// Describes requests and answers of fleets, which have `surface_craft` instead of one craft.
+fn describe_fleets(document: &mut Value) {
+    let reference = |name: &str| json!({ "$ref": format!("#/components/schemas/{name}") });
+    let mut request = document["components"]["schemas"]["PlanRequest"].clone();
+    request["description"] =
+        json!("The facts of a moment for a fleet: several surface craft that share the AUVs.");
+    let members = request["properties"].as_object_mut().expect("are by name");
+    members.retain(|name, _| !["asc", "craft", "limits", "previous_plan"].contains(&name.as_str()));
+    let craft = json!({ "type": "array", "items": reference("SurfaceCraft"), "minItems": 1, "maxItems": CRAFT_MAX,
+        "description": "The surface craft. Each gives way to those before it." });
+    let previous = json!({ "oneOf": [reference("PreviousFleet"), { "type": "null" }],
+        "description": "The last answer, whole. The service does not store it." });
+    members.insert("surface_craft".to_owned(), craft);
+    members.insert("previous_plan".to_owned(), previous);
+    let required = request["required"].as_array_mut().expect("some are");
+    required.iter_mut().filter(|name| *name == "asc").for_each(|name| *name = json!("surface_craft"));
+    document["components"]["schemas"]["FleetRequest"] = request;
+    let call = &mut document["paths"]["/v1/plan"]["post"];
+    for (place, fleet) in [("/requestBody", "FleetRequest"), ("/responses/200", "FleetResponse")] {
+        let schema = call.pointer_mut(&format!("{place}/content/application~1json/schema"));
+        let schema = schema.expect("is described");
+        *schema = json!({ "oneOf": [schema.take(), reference(fleet)] });
+    }
 }
 
 /// Links the id of a created mission to the calls about one mission.

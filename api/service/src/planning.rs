@@ -3,6 +3,7 @@
 pub(crate) mod admission;
 pub mod batch;
 pub(crate) mod deadline;
+pub(crate) mod fleet;
 pub mod offline;
 pub(crate) mod plan;
 pub(crate) mod planners;

@@ -40,7 +40,8 @@ pub(crate) enum Bridge {
         autopilot: Autopilot,
         #[command(flatten)]
         rest: Following,
-        /// Order the guided mode and arm the craft, once. Without it a person does both.
+        /// Order the guided mode and arm the craft, six times at most, until it follows for the first
+        /// time. Without it a person does both.
         #[arg(long)]
         take_control: bool,
     },
@@ -66,8 +67,8 @@ pub(crate) enum Bridge {
         dune: Dune,
         #[command(flatten)]
         rest: Following,
-        /// Start FollowReference, once. Without it a person does, with the bridge's number as
-        /// control source.
+        /// Start FollowReference, six times at most, until the craft follows for the first time. Without
+        /// it a person does, with the bridge's number as control source.
         #[arg(long, conflicts_with = "headings")]
         take_control: bool,
     },
@@ -159,8 +160,8 @@ pub(crate) struct Autopilot {
 /// The MOOSDB of a craft.
 #[derive(Debug, Args)]
 pub(crate) struct Database {
-    /// The database.
-    #[arg(long, value_name = "WIRE", default_value = "tcp:localhost:9000")]
+    /// The database: tcp:HOST:PORT
+    #[arg(long, value_name = "WIRE", default_value = "tcp:localhost:9000", value_parser = stream)]
     connect: Endpoint,
     /// The craft's mission file with its macros expanded, for LatOrigin and LongOrigin.
     #[arg(long, value_name = "FILE")]
@@ -564,6 +565,14 @@ fn named_system(text: &str) -> Result<(u8, String), &'static str> {
     let named = text.split_once('=').filter(|(_, name)| !name.is_empty());
     let named = named.and_then(|(number, name)| Some((number.parse().ok()?, name.to_owned())));
     named.ok_or("write its system number and its name, such as 2=auv-1")
+}
+
+/// The wire to a MOOSDB, which answers on no other.
+fn stream(text: &str) -> Result<Endpoint, String> {
+    match text.parse().map_err(|error: InvalidEndpoint| error.to_string())? {
+        database @ Endpoint::Tcp(_) => Ok(database),
+        other => Err(format!("a MOOSDB does not answer on {other}: write tcp:HOST:PORT")),
+    }
 }
 
 fn wire_and_file(text: &str) -> Result<(Endpoint, PathBuf), String> {

@@ -218,7 +218,7 @@ fn json_examples_are_accepted() {
     let server = serving(&[]);
     let words = words_of_the_code(&tracked());
     let fault = |value: Value| {
-        let route = if value.get("asc").is_some() {
+        let route = if value.get("asc").or(value.get("surface_craft")).is_some() {
             "/v1/plan"
         } else if value.get("live").is_some() {
             "/v1/missions"

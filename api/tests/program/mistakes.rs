@@ -66,6 +66,14 @@ fn a_bridge_that_hears_no_craft_ends_in_the_given_time() {
 }
 
 #[test]
+fn a_moosdb_is_not_looked_for_on_a_wire_on_which_none_answers() {
+    for wire in ["udp:127.0.0.1:9000", "imc:127.0.0.1:9000"] {
+        let refused = line(&format!("bridge moos --connect {wire} --auv auv-1"));
+        has_all(refusal(&refused), &["a MOOSDB does not answer on", wire, "tcp:HOST:PORT"]);
+    }
+}
+
+#[test]
 fn an_unknown_field_of_a_modem_file_is_named() {
     let folder = tempfile::tempdir().expect("there is room");
     let file = written(&folder, "usbl.json", r#"{ "modle": "seatrac" }"#);

@@ -19,7 +19,8 @@ pub fn snapshot_until(mut request: PlanRequest, due: &dyn Fn() -> bool) -> Resul
     if request.origin.is_some() {
         // Before the change of frame, which changes the numbers; the envelope has none of them.
         all(mem::take(&mut envelope), request.check())?;
-        CraftFrame::enter(&mut request);
+        let craft = request.asc.position();
+        CraftFrame::enter(&mut request, craft);
     }
     all(envelope, Snapshot::until(request, due))
 }
@@ -52,7 +53,7 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
 }
 
 /// Faults of the members that the planner does not read.
-fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
+pub(crate) fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let mut invalid = Vec::from_iter(unsupported_version(&request.schema_version));
     let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
     if let Some(previous) = &previous {

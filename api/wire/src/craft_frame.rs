@@ -67,9 +67,9 @@ impl CraftFrame {
         previous
     }
 
-    /// Moves `request`, if it has an origin, to the frame at the craft, the new origin.
-    pub(crate) fn enter(request: &mut PlanRequest) {
-        let craft = request.asc.position();
+    /// Moves `request`, if it has an origin, to the frame at `craft` (north, east), m, the new
+    /// origin: the position of its craft, or that of the first one of a fleet.
+    pub(crate) fn enter(request: &mut PlanRequest, craft: Vector2<f64>) {
         let Some(frame) = request.origin.and_then(|origin| Self::new(origin, craft)) else {
             return;
         };

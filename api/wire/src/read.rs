@@ -18,11 +18,20 @@ pub fn read_from<T: DeserializeOwned>(body: &[u8], origin: Option<Origin>) -> Re
     read_whole(parse(body)?, origin)
 }
 
-fn read_whole<T: DeserializeOwned>(mut json: Json<'_>, origin: Option<Origin>) -> Result<T, BodyError> {
+fn read_whole<T: DeserializeOwned>(json: Json<'_>, origin: Option<Origin>) -> Result<T, BodyError> {
+    in_metres(json, origin, |json| T::deserialize(Node::whole(json)))
+}
+
+/// What `read` makes of `json` with positions in metres and directions in radians.
+pub(crate) fn in_metres<'a, T>(
+    mut json: Json<'a>,
+    origin: Option<Origin>,
+    read: impl FnOnce(&mut Json<'a>) -> Result<T, ShapeError>,
+) -> Result<T, BodyError> {
     let read = json.each_name_once().and_then(|()| {
         let degrees = WereInDegrees::put_into_radians(&mut json)?;
         Positions::of(&json, origin)?.put_into_metres(&mut json)?;
-        T::deserialize(Node::whole(&json)).map_err(|wrong| degrees.as_sent(wrong))
+        read(&mut json).map_err(|wrong| degrees.as_sent(wrong))
     });
     read.map_err(|ShapeError(error)| BodyError::Shape(error))
 }

@@ -153,23 +153,16 @@ pub fn scheduled_goal(
     stop: &Stop,
 ) -> (GoalForecast, Option<Schedule>) {
     let auvs = forecast_all(snapshot);
+    let due = || stop.is_due();
     let planned = parameters.planned(snapshot.craft_model()).limits;
-    let scheduler = Scheduler {
-        parameters: &parameters.scheduling,
-        speed: planned.speed_max,
-        turn_rate: planned.turn_rate_max,
-        report_age_max: parameters.report_age_max,
-        clearance: clearance(snapshot, parameters),
-        due: &|| stop.is_due(),
-    };
-    let scheduled = scheduler.schedule(snapshot, &auvs);
+    let scheduled = scheduler(snapshot, parameters, &due).schedule(snapshot, &auvs);
     let turns = scheduled.as_ref().map_or(&[][..], |scheduled| &scheduled.turns);
     let localiser = Localiser {
         speed: planned.speed_max,
         turn_rate: planned.turn_rate_max,
         fixed: parameters.figure,
         is_stale: &|auv| parameters.is_stale(&snapshot.estimates()[auv]),
-        due: &|| stop.is_due(),
+        due: &due,
     };
     let visited = scheduled.as_ref().and_then(|scheduled| scheduled.visited(snapshot));
     let figure = localiser.figure(snapshot, &auvs, visited);
@@ -178,7 +171,7 @@ pub fn scheduled_goal(
         goal = goal.on_figure(figure, &auvs);
     }
     let mut goal = led_round(goal, snapshot, parameters, stop);
-    let avoider = Avoider { craft: parameters.planned(snapshot.craft_model()), due: &|| stop.is_due() };
+    let avoider = Avoider { craft: parameters.planned(snapshot.craft_model()), due: &due };
     if let Some(kept) = avoider.avoid(snapshot, &goal) {
         goal = goal.clear_of(kept.vessels, kept.avoidance);
         if let Some(way) = kept.way {
@@ -186,6 +179,23 @@ pub fn scheduled_goal(
         }
     }
     (goal, scheduled.map(|scheduled| scheduled.schedule))
+}
+
+/// The scheduler of visits for the craft of `snapshot`.
+pub(crate) fn scheduler<'a>(
+    snapshot: &Snapshot,
+    parameters: &'a Parameters,
+    due: &'a dyn Fn() -> bool,
+) -> Scheduler<'a> {
+    let planned = parameters.planned(snapshot.craft_model()).limits;
+    Scheduler {
+        parameters: &parameters.scheduling,
+        speed: planned.speed_max,
+        turn_rate: planned.turn_rate_max,
+        report_age_max: parameters.report_age_max,
+        clearance: clearance(snapshot, parameters),
+        due,
+    }
 }
 
 /// The reason, if the deadline cut the estimates or the schedule short, which all laws need.

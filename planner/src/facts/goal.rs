@@ -147,6 +147,33 @@ impl Goal {
         self.named().filter(|id| 0.0 < self.weight(id))
     }
 
+    /// The goal of a craft that serves those vehicles alone of which `serves` says so; none without
+    /// any.
+    pub(crate) fn only(&self, serves: impl Fn(&VehicleId) -> bool) -> Option<Self> {
+        let keep = |auvs: &mut Vec<VehicleId>| auvs.retain(&serves);
+        let keep_each = |numbers: &mut BTreeMap<VehicleId, f64>| numbers.retain(|id, _| serves(id));
+        let mut part = self.clone();
+        match &mut part {
+            Self::Track { .. } => {}
+            Self::Intermittent { auvs, .. } | Self::Midpoint { auvs } | Self::Range { auvs, .. } => {
+                keep(auvs);
+            }
+            Self::Weighted { weights } => keep_each(weights),
+            Self::Localise(Localise { auvs, weights, costs_now, .. }) => {
+                keep(auvs);
+                [weights, costs_now].into_iter().for_each(keep_each);
+            }
+            Self::Visit(visits) => {
+                keep(&mut visits.auvs);
+                let numbers = [&mut visits.weights, &mut visits.serve_by_s, &mut visits.costs_now];
+                numbers.into_iter().for_each(keep_each);
+                visits.next = visits.next.take().filter(&serves);
+            }
+        }
+        let is_served = part.vehicles().any(&serves);
+        is_served.then_some(part)
+    }
+
     /// `true` if it follows one vehicle at a time, along whose path its offset may be.
     pub fn follows_one(&self) -> bool {
         match self {

@@ -5,6 +5,9 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 /// Most AUVs in one snapshot.
 pub const AUVS_MAX: usize = 16;
 
+/// Most surface craft in a fleet.
+pub const CRAFT_MAX: usize = 6;
+
 /// Most points in a previous plan's trajectory.
 pub const TRAJECTORY_POINTS_MAX: usize = 256;
 

@@ -78,7 +78,38 @@ pub enum VesselStatus {
     Restricted,
 }
 
+/// Length of a surface craft of one's own over all, m, and standard deviation of its position, m.
+const CRAFT_LENGTH: f64 = 5.0;
+const CRAFT_SIGMA: f64 = 3.0;
+
 impl Vessel {
+    /// A surface craft that keeps to its `plan`, from its position (north, east), m, and velocity
+    /// over ground, m/s, at time `t_s`.
+    pub fn of_craft(
+        id: VehicleId,
+        t_s: f64,
+        position: Vector2<f64>,
+        velocity: Vector2<f64>,
+        plan: Vec<[f64; 3]>,
+    ) -> Self {
+        Self {
+            id,
+            name: None,
+            t_s: Some(t_s),
+            north_m: position.x,
+            east_m: position.y,
+            lat_deg: None,
+            lon_deg: None,
+            course_rad: Some(velocity.y.atan2(velocity.x)),
+            speed_mps: Some(velocity.norm()),
+            heading_rad: None,
+            length_m: Some(CRAFT_LENGTH),
+            sigma_m: Some(CRAFT_SIGMA),
+            plan,
+            status: VesselStatus::UnderWay,
+        }
+    }
+
     /// Position (north, east), m.
     pub fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)

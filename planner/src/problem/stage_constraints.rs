@@ -115,7 +115,8 @@ impl StageConstraints {
                 named: named(*auv),
                 ..sampling.acoustic_range(&forecasts[*auv], range_max, parameters.range_back_off)
             };
-            auvs.iter().map(range).collect()
+            let others_serve = |auv: &&usize| snapshot.is_part() && !named(**auv);
+            auvs.iter().filter(|auv| !others_serve(auv)).map(range).collect()
         });
         let counting = auvs.iter().filter(|auv| is_minimax(snapshot, &snapshot.auvs[**auv].id));
         let minimax = counting.map(|auv| sampling.minimax_range(&forecasts[*auv]));

@@ -19,6 +19,7 @@ use crate::facts::bounds::clockwise;
 use crate::facts::goal::Goal;
 use crate::facts::known_path::KnownPath;
 use crate::facts::reference::Reference;
+use crate::facts::traffic::Vessel;
 use crate::snapshot::check::InvalidRequest;
 use crate::snapshot::request::{PlanRequest, REMEMBERED_AGE_MAX};
 use crate::tuned::{EstimateNumbers, Tuned};
@@ -51,6 +52,7 @@ pub struct Snapshot {
     tuned: Box<Tuned>,
     land: Arc<Land>,
     cut_short: bool,
+    is_part: bool,
 }
 
 impl Snapshot {
@@ -81,12 +83,6 @@ impl Snapshot {
     ) -> Result<Self, InvalidRequest> {
         let paths = request.known_paths()?;
         request.place_ranges();
-        let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
-        request.area = clockwise(&corners).into_iter().map(Into::into).collect();
-        let land = Arc::new(Land::new(&request.no_go));
-        let (limits, craft) = (request.limits(), request.craft());
-        let craft_prior = Prior::new(&craft, &tuned.craft);
-        (request.limits, request.craft) = (Some(limits.into()), Some(craft));
         let current = request.current();
         let numbers = shared_particles(&request, &tuned.estimate);
         let estimator = Estimator { now: request.t_s, current, tuned: &numbers, due };
@@ -104,10 +100,46 @@ impl Snapshot {
             estimate
         };
         let estimates = request.auvs.iter().zip(&paths).map(estimate).collect();
+        let land = Arc::new(Land::new(&request.no_go));
+        Ok(Self::of_estimates(request, (paths, estimates), land, tuned, due()))
+    }
+
+    /// The same moment for another craft of the fleet, that of `request`. The estimates of the AUVs
+    /// and the no-go areas are shared.
+    ///
+    /// # Errors
+    /// All faults of the request.
+    pub(crate) fn beside(&self, request: PlanRequest) -> Result<Self, InvalidRequest> {
+        let paths = request.known_paths()?;
+        let known = (paths, self.estimates.clone());
+        Ok(Self::of_estimates(request, known, self.shared_land(), &self.tuned, self.cut_short))
+    }
+
+    /// The moment for a craft that serves the AUVs of `goal` alone, among further `vessels`.
+    pub(crate) fn part(&self, goal: Goal, vessels: &[Vessel]) -> Self {
+        let mut part = Self { is_part: true, ..self.clone() };
+        part.request.goal.goal = goal;
+        part.request.traffic.extend_from_slice(vessels);
+        part
+    }
+
+    fn of_estimates(
+        mut request: PlanRequest,
+        (paths, estimates): (Vec<Option<KnownPath>>, Vec<Estimate>),
+        land: Arc<Land>,
+        tuned: &Tuned,
+        cut_short: bool,
+    ) -> Self {
+        let corners: Vec<_> = request.area.iter().copied().map(Vector2::from).collect();
+        request.area = clockwise(&corners).into_iter().map(Into::into).collect();
+        let (limits, craft) = (request.limits(), request.craft());
+        let craft_prior = Prior::new(&craft, &tuned.craft);
+        (request.limits, request.craft) = (Some(limits.into()), Some(craft));
+        let current = request.current();
         let observation = CraftObservation { tuned: &tuned.craft, ..request.craft_observation(&limits) };
         let craft_estimate = CraftEstimate::new(&observation, &craft_prior);
         let craft = CraftModel::learnt(&craft_prior, &craft_estimate, &limits, &current, &tuned.craft);
-        Ok(Self {
+        Self {
             request,
             limits,
             paths,
@@ -117,8 +149,9 @@ impl Snapshot {
             craft,
             tuned: Box::new(*tuned),
             land,
-            cut_short: due(),
-        })
+            cut_short,
+            is_part: false,
+        }
     }
 
     /// The same moment for the craft `asc` that follows a heading reference, rad, without a plan.
@@ -137,6 +170,11 @@ impl Snapshot {
     /// `true` if time did not suffice for all estimates.
     pub fn cut_short(&self) -> bool {
         self.cut_short
+    }
+
+    /// `true` if other craft serve the AUVs that its goal does not name.
+    pub(crate) fn is_part(&self) -> bool {
+        self.is_part
     }
 
     /// Its no-go areas.

@@ -74,25 +74,49 @@ struct Relaxation {
     between: Vec<Vec<f64>>,
     horizon: f64,
     afterwards: f64,
-    /// R, s.
+    /// R, s, of each craft.
     time: f64,
+    n_craft: f64,
+}
+
+/// A lower bound on the cost of any schedules of several craft with the same AUVs; none if one does
+/// not reach them all. It is that of one craft with the time of all, the speed of the fastest and
+/// the arrivals of the nearest.
+pub(crate) fn least_cost_of(fleets: &[&Fleet]) -> Option<f64> {
+    let first = fleets.first()?;
+    let speed = fleets.iter().map(|fleet| fleet.craft.speed).fold(0.0, f64::max);
+    let fastest = |fleet: &Fleet| Fleet { craft: Craft { speed, ..fleet.craft }, ..fleet.clone() };
+    let mut all = Relaxation::of(&fastest(first));
+    for fleet in &fleets[1..] {
+        let other = Relaxation::of(&fastest(fleet));
+        for (auv, candidate) in all.auvs.iter_mut().zip(&first.candidates) {
+            let same = fleet.candidates.iter().position(|other| other.auv == candidate.auv)?;
+            auv.reach = auv.reach.min(other.auvs[same].reach);
+            auv.alone = auv.alone.min(other.auvs[same].alone);
+        }
+    }
+    all.n_craft = fleets.len() as f64;
+    Some(first.shared_bound(&all.with_no_potentials()))
 }
 
 impl Fleet {
     /// A lower bound on [`Fleet::cost`] of any schedule.
     pub(crate) fn least_cost(&self) -> f64 {
-        let there = Relaxation::of(self);
+        self.bound(&self.start()).max(self.shared_bound(&Relaxation::of(self)))
+    }
+
+    /// The bound of the relaxed problem `there`, by the better of two ψ.
+    fn shared_bound(&self, there: &Relaxation) -> f64 {
         let travels: Vec<_> = there.auvs.iter().filter_map(|auv| auv.travel).collect();
         let longest = travels.iter().copied().fold(0.0, f64::max);
         let potentials: Vec<_> = travels.iter().map(|travel| longest - travel).collect();
         let back = there.clone().with(&potentials);
-        let best = |bound: fn(&Relaxation) -> f64| bound(&there).max(bound(&back));
+        let best = |bound: fn(&Relaxation) -> f64| bound(there).max(bound(&back));
         let mean = best(Relaxation::mean);
-        let shared = match self.reduce {
+        match self.reduce {
             Reduce::Mean => mean,
             Reduce::Max => self.reduced_by(best(Relaxation::largest), mean),
-        };
-        self.bound(&self.start()).max(shared)
+        }
     }
 }
 
@@ -134,8 +158,14 @@ impl Relaxation {
             horizon: fleet.horizon,
             afterwards: fleet.afterwards,
             time: fleet.horizon,
+            n_craft: 1.0,
         };
-        relaxation.with(&vec![0.0; n])
+        relaxation.with_no_potentials()
+    }
+
+    fn with_no_potentials(self) -> Self {
+        let n = self.sharing.len();
+        self.with(&vec![0.0; n])
     }
 
     /// With the τ and R of these ψ of `sharing`.
@@ -189,7 +219,7 @@ impl Relaxation {
             }
             _ => auv.share * auv.alone,
         };
-        self.auvs.iter().map(cost).sum::<f64>() - price * self.time
+        self.auvs.iter().map(cost).sum::<f64>() - price * self.time * self.n_craft
     }
 
     /// The least over n and T of the age's integral, its weighted end, and the priced time, s².
@@ -252,7 +282,7 @@ impl Relaxation {
                 uncovered * (travel / m.max(f64::MIN_POSITIVE)).min(1.0)
             };
             let sharing = self.auvs.iter().filter(|auv| auv.travel.is_some() && 0.0 < auv.relative);
-            sharing.map(needed).sum::<f64>() <= self.time
+            sharing.map(needed).sum::<f64>() <= self.time * self.n_craft
         };
         let unserved = |auv: &Relaxed| auv.relative * (auv.floor + auv.growth * (auv.age + self.horizon));
         let (mut low, mut high) = (0.0, self.auvs.iter().map(unserved).fold(0.0, f64::max));

@@ -8,7 +8,7 @@ use crate::facts::visit::Visits;
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
 use crate::visit::answer::{ScheduleAnswer, Scheduled};
-use crate::visit::depth::{DepthAhead, depths_ahead};
+use crate::visit::depth::depths_ahead;
 use crate::visit::fleet::{Fleet, ScheduledAuv, SchedulingParameters};
 use crate::visit::memory::{Memory, Vehicle};
 use crate::visit::search::{Found, PlannedVisit, PresentVisit};
@@ -36,14 +36,7 @@ impl Scheduler<'_> {
             return None;
         };
         let memory = Memory::of(snapshot, visits);
-        let depths = depths_ahead(snapshot, forecasts);
-        let mut vehicles = memory.vehicles(snapshot, visits, &depths, forecasts, self.report_age_max);
-        let fleet = self.fleet(snapshot, visits, &vehicles, (forecasts, &depths));
-        for vehicle in &mut vehicles {
-            if fleet.out_of_reach.contains(&vehicle.auv) {
-                vehicle.served.left_out = Some(LeftOut::OutOfReach);
-            }
-        }
+        let (fleet, vehicles) = self.fleet(snapshot, visits, &memory, forecasts);
         let ids: Vec<&VehicleId> =
             fleet.candidates.iter().map(|candidate| &snapshot.auvs[candidate.auv].id).collect();
         let present = memory.present(&fleet, &ids);
@@ -78,13 +71,16 @@ impl Scheduler<'_> {
         )
     }
 
-    fn fleet(
+    /// The scheduling problem, and all AUVs of the goal.
+    pub(crate) fn fleet(
         &self,
         snapshot: &Snapshot,
         visits: &Visits,
-        vehicles: &[Vehicle],
-        forecasts: (&[AuvForecast], &[DepthAhead]),
-    ) -> Fleet {
+        memory: &Memory<'_>,
+        forecasts: &[AuvForecast],
+    ) -> (Fleet, Vec<Vehicle>) {
+        let depths = depths_ahead(snapshot, forecasts);
+        let mut vehicles = memory.vehicles(snapshot, visits, &depths, forecasts, self.report_age_max);
         let visited = vehicles.iter().filter(|vehicle| vehicle.served.left_out.is_none());
         let members: Vec<_> = visited
             .map(|vehicle| ScheduledAuv {
@@ -96,7 +92,14 @@ impl Scheduler<'_> {
             .collect();
         let craft = (self.speed, self.turn_rate);
         let ways = Search { land: snapshot.land(), clearance: self.clearance, due: self.due };
-        Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters, &ways)
+        let forecasts = (forecasts, &*depths);
+        let fleet = Fleet::new(snapshot, visits, &members, forecasts, craft, self.parameters, &ways);
+        for vehicle in &mut vehicles {
+            if fleet.out_of_reach.contains(&vehicle.auv) {
+                vehicle.served.left_out = Some(LeftOut::OutOfReach);
+            }
+        }
+        (fleet, vehicles)
     }
 
     /// The best schedule for each possible first candidate.

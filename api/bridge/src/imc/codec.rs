@@ -257,6 +257,29 @@ impl<M: Numbered> Field for Option<M> {
     }
 }
 
+impl PlanControl {
+    /// A reply of DUNE with another message than a manoeuvre, whose length is not known; after it
+    /// there is the last field, a text. Two letters are a greater number than the text's length.
+    fn with_another_argument(bytes: &mut Unread<'_>) -> Option<Self> {
+        let reply = Self {
+            kind: Field::read(bytes)?,
+            op: Field::read(bytes)?,
+            request_id: Field::read(bytes)?,
+            plan_id: Field::read(bytes)?,
+            flags: Field::read(bytes)?,
+            ..Self::default()
+        };
+        let _number: u16 = Field::read(bytes)?;
+        let info = (0..bytes.bytes.len()).rev().find_map(|start| {
+            let mut last = Unread { bytes: &bytes.bytes[start..], order: bytes.order };
+            let length: u16 = Field::read(&mut last)?;
+            (last.bytes.len() == usize::from(length))
+                .then(|| String::from_utf8_lossy(last.bytes).into_owned())
+        });
+        Some(Self { info: info?, ..reply })
+    }
+}
+
 /// The packet of `message`.
 pub fn packet(header: &Header, message: &Message, order: ByteOrder) -> Vec<u8> {
     let mut payload = Written { bytes: vec![], order };
@@ -336,7 +359,12 @@ impl Found {
             rejects.count("checksum does not match");
             return Self::Stray;
         }
+        let all = payload.bytes;
         let message = Message::read(number, &mut payload).filter(|_| payload.bytes.is_empty());
+        let message = message.or_else(|| {
+            let reply = || PlanControl::with_another_argument(&mut Unread { bytes: all, order });
+            (number == PlanControl::NUMBER).then(reply)?.map(Message::from)
+        });
         let is_other = message.is_none() && Message::is_known(number);
         if is_other {
             rejects.count("message with other fields");

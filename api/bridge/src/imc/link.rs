@@ -16,8 +16,8 @@ use crate::reference::Reference;
 use crate::wire::{Endpoint, Output, Received};
 
 /// All systems; all entities of a system.
-const ALL: u16 = 0xFFFF;
-const ALL_ENTITIES: u8 = 0xFF;
+pub(super) const ALL: u16 = 0xFFFF;
+pub(super) const ALL_ENTITIES: u8 = 0xFF;
 /// `SystemType` of a station that commands.
 const CCU: u8 = 0;
 /// Time without references after which FollowReference ends, s, so that the craft stops within 3 s.
@@ -35,11 +35,11 @@ const DEPTH_INTERVAL_M: f32 = 5.0;
 const LOITER_RADIUS_M: f32 = 7.5;
 /// `Reference.flags`: place, speed and depth count; the manoeuvre is done.
 const PLACE_SPEED_DEPTH: u8 = 0x01 | 0x02 | 0x04;
-const DONE: u8 = 0x80;
+pub(super) const DONE: u8 = 0x80;
 /// `PlanControl`: a request; to start, to load.
-const REQUEST: u8 = 0;
-const START: u8 = 0;
-const LOAD: u8 = 2;
+pub(super) const REQUEST: u8 = 0;
+pub(super) const START: u8 = 0;
+pub(super) const LOAD: u8 = 2;
 /// `LogBookEntry.type`.
 const INFO: u8 = 0;
 const WARNING: u8 = 1;
@@ -89,11 +89,14 @@ impl ImcLink {
     /// A place in the direction of `reference` from the craft's own, with its speed.
     fn place(&mut self, reference: &Reference, flags: u8) {
         let Some(here) = self.reader.here() else { return };
-        let ahead = if reference.speed < STOP { 0.0 } else { (AHEAD_S * reference.speed).max(AHEAD_MIN_M) };
+        let is_stop = reference.speed < STOP;
+        let ahead = if is_stop { 0.0 } else { (AHEAD_S * reference.speed).max(AHEAD_MIN_M) };
+        // At a speed of exactly 0 DUNE ends its control of the path, which otherwise complains.
+        let reference = Reference { speed: if is_stop { 0.0 } else { reference.speed }, ..*reference };
         let place = displaced(&here, &(direction(reference.heading) * ahead));
         self.command(PlaceAndSpeed {
             flags,
-            speed: Some(speed_of(reference)),
+            speed: Some(speed_of(&reference)),
             z: Some(DesiredZ { value: 0.0, z_units: Z_DEPTH }),
             lat: place.lat_deg.to_radians(),
             lon: place.lon_deg.to_radians(),

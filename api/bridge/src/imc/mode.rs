@@ -10,12 +10,12 @@ pub(crate) struct DuneMode {
 }
 
 /// Modes of operation. Source: IMC, `VehicleState.op_mode`.
-const SERVICE: u8 = 0;
-const MANEUVER: u8 = 3;
+pub(super) const SERVICE: u8 = 0;
+pub(super) const MANEUVER: u8 = 3;
 const EXTERNAL: u8 = 4;
 const NAMES: [&str; 6] = ["SERVICE", "CALIBRATION", "ERROR", "MANEUVER", "EXTERNAL", "BOOT"];
 /// Number of the manoeuvre FollowReference.
-const FOLLOW_REFERENCE: u16 = 478;
+pub(super) const FOLLOW_REFERENCE: u16 = 478;
 const OURS: u32 = 1 << 24;
 
 impl DuneMode {

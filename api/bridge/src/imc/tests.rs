@@ -15,6 +15,7 @@ use super::*;
 use crate::mavlink::AutopilotEvent;
 use crate::recent_positions::moved;
 use crate::reference::Reference as Asked;
+use crate::rehearsal::{Placed, Vehicle};
 use crate::wire::Received;
 use crate::{AuvFix, CraftMeasurement, Measurement, Origin, on_earth};
 
@@ -320,6 +321,9 @@ async fn a_reference_is_a_place_ahead_of_the_craft_and_a_stop_its_own_place() {
         let away = moved(&place(), &there) - Vector2::new(0.0, metres);
         assert!(away.norm() < 0.5, "{away}");
     }
+    link.reference(&Asked { speed: 0.04, ..ahead }, 5.0);
+    let Some(Message::Reference(slow)) = &sent()[0].message else { panic!("is a reference") };
+    assert_eq!(slow.speed.clone().map(|speed| speed.value), Some(0.0), "DUNE ends its control at 0 alone");
     link.release(1.0);
     let Some(Message::Reference(last)) = &sent()[0].message else { panic!("is a reference") };
     assert_eq!((last.flags, last.speed.clone()), (0x87, Some(DesiredSpeed::default())));
@@ -396,4 +400,58 @@ async fn the_bridge_announces_where_it_can_be_reached() {
     };
     assert_eq!((&*said.sys_name, &*said.services), ("pilotfish-asv", "imc+udp://10.0.2.1:6010/"));
     assert_eq!(*beat, Heartbeat {}.into());
+}
+
+/// A vehicle of a rehearsal at `t_s`, north of its origin.
+fn simulated(name: &str, t_s: f64, north: f64) -> (Vehicle, Origin) {
+    let vehicle = Vehicle {
+        name: name.to_owned(),
+        t_s,
+        position: Vector2::new(north, 0.0),
+        velocity: Vector2::new(1.0, 0.0),
+        heading: 0.5,
+        yaw_rate: 0.0,
+        depth_m: 3.0,
+    };
+    (vehicle, Origin { lat_deg: 41.0 + north / 111_320.0, lon_deg: -8.0 })
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_rehearsal_is_followed_like_a_craft_until_its_references_end_or_a_person_stops_it() {
+    let mut vehicles = ImcVehicles::new("imc:127.0.0.1:1".parse().expect("is a network"));
+    let (sent, clock) = (Arc::new(Mutex::new(vec![])), Clock::simulated(1.8e9));
+    let (taken, at) = (Arc::clone(&sent), clock.now());
+    let send = Box::new(move |bytes: &[u8]| sent.lock().extend(bytes));
+    let mut link = ImcLink::new(send, settings(false), clock);
+    let piece = |bytes: Vec<u8>| Received { wire: 0, bytes, is_datagram: true, at };
+    let mut second = |link: &mut ImcLink, t_s: f64| {
+        vehicles.take(&piece(std::mem::take(&mut *taken.lock())), t_s);
+        let [(craft, here), (auv, there)] =
+            [simulated("asv", t_s, t_s), simulated("lauv", 4.0 * (t_s / 4.0).floor(), 50.0)];
+        let placed = |vehicle, place| Placed { vehicle, place, unix_s: 1.8e9 + t_s };
+        let (packets, steered) = vehicles.say(t_s, &placed(&craft, here), &[placed(&auv, there)]);
+        let heard: Vec<_> =
+            packets.into_iter().flat_map(|bytes| link.push(&piece(bytes), t_s, 1.8e9 + t_s)).collect();
+        let modes = heard.iter().filter_map(|event| match event {
+            AutopilotEvent::Heartbeat(beat) => Some(beat.may_be_steered()),
+            _ => None,
+        });
+        (modes.last(), fixes(heard).len(), steered)
+    };
+    assert_eq!(second(&mut link, 0.0), (Some(false), 1, None));
+    link.start();
+    assert_eq!(second(&mut link, 1.0), (Some(true), 0, None));
+    link.reference(&Asked { speed: 1.5, heading: FRAC_PI_2 }, 1.0);
+    let (mode, _, steered) = second(&mut link, 2.0);
+    let steered = steered.expect("is steered");
+    // The craft is a metre on its way by then.
+    assert_eq!((mode, steered.speed), (Some(true), 1.5));
+    assert!((steered.heading - FRAC_PI_2).abs() < 0.05, "{steered:?}");
+    assert_eq!(second(&mut link, 4.0).1, 1, "a fix is told once");
+    assert_eq!(second(&mut link, 5.0), (Some(false), 0, None), "references have ended");
+    link.start();
+    link.reference(&Asked { speed: 1.5, heading: FRAC_PI_2 }, 6.0);
+    assert!(second(&mut link, 6.0).2.is_some());
+    link.release(0.0);
+    assert_eq!(second(&mut link, 7.0), (Some(false), 0, None), "the bridge has ended it");
 }

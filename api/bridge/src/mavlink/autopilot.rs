@@ -182,7 +182,7 @@ impl Parameters {
             (
                 "WP_SPEED",
                 self.speed_max().filter(|value| *value < speed_max),
-                "the autopilot goes no faster, and the mission allows more: raise it, or lower limits.speed_max_mps",
+                "the autopilot goes no faster, so a new mission plans no faster either: raise it, or lower limits.speed_max_mps",
             ),
             (
                 "GUID_OPTIONS",

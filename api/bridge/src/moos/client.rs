@@ -8,9 +8,7 @@ use planner::angle::{direction, wrap};
 use planner::snapshot::VesselStatus;
 
 use super::node_report::{NodeReport, Pairs};
-use super::packet::{
-    DATA, Message, NOTIFY, POISON, PacketReader, REGISTER, TIMING, WELCOME, greeting, packet,
-};
+use super::packet::{Message, NOTIFY, POISON, PacketReader, TIMING, WELCOME, connection, packet};
 use crate::mavlink::{Autopilot, AutopilotEvent, HELM_MODES, Heartbeat};
 use crate::reference::Reference;
 use crate::{
@@ -42,10 +40,10 @@ const ANCHOR_S: f64 = 0.5;
 const XY_MAX: f64 = 1e6;
 /// Silence of a better source after which another is used, s.
 const HOLD_S: f64 = 2.0;
-/// Greatest lead of a time over its arrival, and greatest delay of a relayed report, s. Beyond
-/// that a clock is wrong, or runs faster than time.
-const EARLY_MAX_S: f64 = 5.0;
+/// Greatest delay of a relayed report, s. Beyond that a clock is wrong, or runs faster than time.
 const LATE_MAX_S: f64 = 60.0;
+/// Lead of a time over its arrival from which on the clock is called wrong, s.
+const EARLY_S: f64 = 0.5;
 /// Silence after which a connection is given up, s: the database speaks every second.
 const SILENT_S: f64 = 5.0;
 /// Time between two signs of life of the bridge, s: the database drops a client after 5 s.
@@ -60,7 +58,7 @@ const NAMED: u32 = 1_000_000_000;
 #[derive(Debug, Default)]
 pub(crate) struct MoosClient {
     packets: PacketReader,
-    /// Name of each AUV and time of its newest report, by its name in capitals.
+    /// Name of each AUV and time of its newest report by its own clock, by its name in capitals.
     auvs: BTreeMap<String, (String, f64)>,
     /// The datum of x and y, if it was given.
     pub(crate) datum: Option<Origin>,
@@ -107,11 +105,9 @@ impl MoosClient {
         // Another database may have been started: it says what holds now.
         (self.is_overridden, self.overridden_s, self.driven_s) = (None, f64::NEG_INFINITY, None);
         self.all_stop.clear();
-        let hello = Message { text: Some(NAME.to_owned()), ..self.message(DATA, "asynchronous", t_s) };
         let numbers = [LAT_LON, XY, OVER_GROUND, HEADING_SPEED].concat();
         let variables = [&numbers[..], &NODES, &RANGES, &OVERRIDES, &[HELM, ALL_STOP, DB_TIME]].concat();
-        let registers: Vec<_> = variables.iter().map(|key| self.message(REGISTER, key, t_s)).collect();
-        [&greeting()[..], &packet(&[hello]), &packet(&registers)].concat()
+        connection(NAME, &variables, unix_s)
     }
 
     /// The sign of life that is due after a message of `t_s` on the bridge's clock.
@@ -185,13 +181,14 @@ impl MoosClient {
         events
     }
 
-    /// `t_s` if it may be the time of what arrived at `unix_s`, else that.
+    /// `t_s` if it may be the time of what arrived at `unix_s`, else that: what would be measured in
+    /// the future seems new for too long.
     fn dated(&mut self, t_s: f64, unix_s: f64) -> f64 {
-        if (-EARLY_MAX_S..=LATE_MAX_S).contains(&(unix_s - t_s)) {
-            return t_s;
+        let age_s = unix_s - t_s;
+        if !(-EARLY_S..=LATE_MAX_S).contains(&age_s) {
+            self.packets.rejects.count("clock");
         }
-        self.packets.rejects.count("clock");
-        unix_s
+        if (0.0..=LATE_MAX_S).contains(&age_s) { t_s } else { unix_s }
     }
 
     fn take_number(&mut self, message: &Message, unix_s: f64, events: &mut Vec<AutopilotEvent>) {
@@ -309,11 +306,10 @@ impl MoosClient {
                 events.extend(measured.into_iter().flatten().map(|measured| craft(t_s, measured)));
             }
         } else if let Some((auv, newest_s)) = self.auvs.get_mut(&report.name.to_ascii_uppercase()) {
-            // A relay repeats reports.
-            let since_s = *newest_s - t_s;
-            // A clock that was set back makes none.
-            reject_if((0.0..=EARLY_MAX_S + LATE_MAX_S).contains(&since_s), "repeated report")?;
-            *newest_s = t_s;
+            // A relay repeats reports. A clock that was set back makes none.
+            let written_s = report.t_s.unwrap_or(unix_s);
+            reject_if((0.0..=LATE_MAX_S).contains(&(*newest_s - written_s)), "repeated report")?;
+            *newest_s = written_s;
             let velocity = report.speed.zip(report.course);
             events.push(AutopilotEvent::Measured(Measurement::Auv(AuvFix {
                 depth_m: report.depth_m,

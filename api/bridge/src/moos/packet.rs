@@ -53,6 +53,21 @@ pub(crate) fn greeting() -> [u8; GREETING_BYTES] {
     greeting
 }
 
+/// What begins a connection of the client `name` at `t_s`, s of Unix time: the greeting, the name,
+/// and the `variables` that it wants.
+pub(crate) fn connection(name: &str, variables: &[&str], t_s: f64) -> Vec<u8> {
+    let message = |kind, key: &str| Message {
+        kind,
+        source: name.to_owned(),
+        key: key.to_owned(),
+        t_s,
+        ..Message::default()
+    };
+    let hello = Message { text: Some(name.to_owned()), ..message(DATA, "asynchronous") };
+    let registers: Vec<_> = variables.iter().map(|key| message(REGISTER, key)).collect();
+    [&greeting()[..], &packet(&[hello]), &packet(&registers)].concat()
+}
+
 /// The packet of `messages`.
 pub(crate) fn packet(messages: &[Message]) -> Vec<u8> {
     let mut bytes = vec![0; PACKET_HEAD];

@@ -68,6 +68,10 @@ class Client:
         """Speed and heading references for the surface craft. `previous` is the last answer: the service keeps none."""
         return self._ask(post("/v1/plan", _with_previous(snapshot, previous)))
 
+    def plan_fleet(self, fleet: types.FleetRequest, previous: types.FleetResponse | None = None) -> types.FleetResponse:
+        """Who serves whom, and references for each surface craft. `previous` is the last answer."""
+        return self._ask(post("/v1/plan", _with_previous(fleet, previous)))
+
     def validate(self, snapshot: types.PlanRequest) -> types.Validation:
         """Checks a snapshot without planning. The answer has the snapshot with its defaults."""
         return self._ask(post("/v1/plan/validate", snapshot))
@@ -369,5 +373,5 @@ def _without_none(given: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in given.items() if value is not None}
 
 
-def _with_previous(snapshot: types.PlanRequest, previous: types.PlanResponse | None) -> Mapping[str, object]:
+def _with_previous(snapshot: Mapping[str, object], previous: Mapping[str, object] | None) -> Mapping[str, object]:
     return snapshot if previous is None else {**snapshot, "previous_plan": previous}

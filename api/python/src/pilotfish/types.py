@@ -93,6 +93,23 @@ class AscReport(TypedDict):
     t_s: float
 
 
+class Assignment(TypedDict):
+    """Which craft serves which AUVs."""
+
+    # A lower bound on the cost of any assignment of this kind: each AUV has the best craft to itself.
+    bound: float
+    # Its cost: for the goal `visit` that of the schedules, in their unit; for `range` the mean of the largest
+    # distance from an AUV over the next quarter of an hour, m; else that of the squared distances from the AUVs,
+    # m².
+    cost: float
+    # Each craft with the AUVs that it serves, in the request's order. The next request needs it in `previous_plan`.
+    craft: list[CraftAssignment]
+    # `true` if all assignments were compared, instead of the most promising ones.
+    exact: bool
+    # `true` if a better one was known, by too little to change.
+    kept: bool
+
+
 class Auv(TypedDict):
     """An underwater vehicle."""
 
@@ -237,6 +254,15 @@ class Craft(TypedDict):
     sway_per_yaw_rate_s: NotRequired[float | None]
 
 
+class CraftAssignment(TypedDict):
+    """A craft with the AUVs that it serves."""
+
+    # The AUVs that it serves, none for a spare craft.
+    auvs: list[str]
+    # The craft.
+    id: str
+
+
 class CraftEntry(TypedDict):
     """A built-in craft."""
 
@@ -282,6 +308,17 @@ class CraftList(TypedDict):
 
     # One entry each. The first one is used for a request without `craft`.
     crafts: list[CraftEntry]
+
+
+class CraftPlan(TypedDict):
+    """What one craft of a fleet is to do."""
+
+    # Its name.
+    id: str
+    # Its plan, with those AUVs in `targets` that it serves; absent for a spare craft.
+    plan: NotRequired[PlanResponse | None]
+    # Reference to steer now: that of the plan, or a stop for a spare craft.
+    reference: Reference
 
 
 class Current(TypedDict):
@@ -511,6 +548,82 @@ FigureKind: TypeAlias = Literal["above", "circle", "ellipse", "zigzag_astern", "
 
 # A measurement between the craft and an underwater vehicle.
 Fixes: TypeAlias = Literal["range", "usbl"]
+
+
+class FleetRequest(TypedDict):
+    """The facts of a moment for a fleet: several surface craft that share the AUVs."""
+
+    # Limits of the acoustic link. Default: none.
+    acoustics: NotRequired[Acoustics | None]
+    # Corners [north, east] of a convex area to stay in, m: 3 to 64, in order, in either direction, each once. A
+    # corner up to 0.2 m within the sides (rounded degrees) is omitted. Default: no limit.
+    area: NotRequired[list[list[float] | Origin]]
+    # The underwater vehicles, 1 to 16, in any order.
+    auvs: list[Auv]
+    # Current at the surface. Velocities that differ by more than 3 m/s along an axis are ignored, with the warning
+    # `velocities_contradict`. Default: the surface craft's ground velocity minus its velocity through the water;
+    # without a ground velocity, the estimate from positions and speed through the water, else the current of
+    # `previous_plan`, else 0.
+    current: NotRequired[Current | None]
+    # Deadline of the answer, ms after the request's head arrived. Programs solved by then compete for the answer;
+    # if there are none, `fallback` applies. Default and maximum: the service's deadline, 1000 unless configured.
+    # From 0.05 to 60000.
+    deadline_ms: NotRequired[float | None]
+    # Behaviour without a solved program, or if the goal's last report is too old. Default: `los`.
+    fallback: NotRequired[Fallback]
+    # Forecast of the underwater vehicles. Default: `auto`.
+    forecast: NotRequired[Forecast]
+    # The goal and its offset.
+    goal: Goal
+    # The last fallback level. Default: `slow_turn`.
+    hold: NotRequired[Hold]
+    # Discs to keep out of, at most 32. Default: none.
+    keep_outs: NotRequired[list[KeepOut]]
+    # Any object, returned in the answer. At most 4096 bytes.
+    metadata: NotRequired[dict[str, Any]]
+    # Polygons to keep out of, such as land, at most 256 with 10 000 corners in all. Default: none.
+    no_go: NotRequired[list[NoGo]]
+    # Position of the datum on Earth. With it, any position may be given as `lat_deg` and `lon_deg` instead of
+    # `north_m` and `east_m`, and a point of a list as an object of these two; answers have both. Headings, courses,
+    # velocities and offsets are then relative to true north at the craft, else to the frame's north. Default:
+    # unknown.
+    origin: NotRequired[Origin | None]
+    # The last answer, whole. The service does not store it.
+    previous_plan: NotRequired[PreviousFleet | None]
+    # Version of this shape: `"1.0"`.
+    schema_version: Literal["1.0"]
+    # The surface craft. Each gives way to those before it.
+    surface_craft: list[SurfaceCraft]
+    # Horizontal distance to keep from each underwater vehicle that may be within 2 m of the surface, m. Default: no
+    # limit. From 0.5 to 100.
+    surfacing_separation_m: NotRequired[float | None]
+    # Present time, s, on any clock that all times of the request share.
+    t_s: float
+    # Other vessels, at most 64, from AIS, radar or whatever tells of them. Default: none.
+    traffic: NotRequired[list[Vessel]]
+    # Tuning of the planner: weights, horizon, iterations. Default: as in each member.
+    tuning: NotRequired[Tuning | None]
+    # Distance to keep from other vessels' sides, m, from 1 to 2000: the craft's own half length and a margin. Half
+    # the vessel's length and its uncertainty add to it. Default: 30. From 1 to 2000.
+    vessel_separation_m: NotRequired[float | None]
+
+
+class FleetResponse(TypedDict):
+    """A plan for each craft of a fleet."""
+
+    # Who serves whom.
+    assignment: Assignment
+    # The request's metadata.
+    metadata: NotRequired[dict[str, Any]]
+    # `degraded` if that of any craft is.
+    outcome: Outcome
+    # Version of this shape: `"1.0"`.
+    schema_version: str
+    # Slots of the acoustic network, one after the other: transmissions in one slot do not disturb each other, with
+    # twice `acoustics.range_max_m` between all ends. Without that, each has its own.
+    slots: list[list[SlotUse]]
+    # The craft, in the order of the request. Each gives way to those before it.
+    surface_craft: list[CraftPlan]
 
 
 # Forecast of the underwater vehicles.
@@ -1481,6 +1594,24 @@ class PreviousEstimate(TypedDict):
     turn_rate_radps: float
 
 
+class PreviousFleet(TypedDict):
+    """The last answer to a fleet. The whole answer is accepted; only these members are read."""
+
+    # Who served whom.
+    assignment: Assignment
+    # The craft and their plans, at most 6.
+    surface_craft: list[PreviousOfCraft]
+
+
+class PreviousOfCraft(TypedDict):
+    """A craft in the last answer to a fleet."""
+
+    # Its name.
+    id: str
+    # Its plan. Without it, learning restarts.
+    plan: NotRequired[PreviousPlan | None]
+
+
 class PreviousPlan(TypedDict):
     """The last answer. The whole answer is accepted; only these members are read."""
 
@@ -1989,6 +2120,15 @@ class Simulated(TypedDict):
     tuning: NotRequired[Tuning | None]
 
 
+class SlotUse(TypedDict):
+    """A transmission in a slot of the acoustic network."""
+
+    # The AUV that it calls.
+    auv: str
+    # The craft.
+    craft: str
+
+
 class Solver(TypedDict):
     """Work of the solver."""
 
@@ -2055,6 +2195,21 @@ class Subproblem(TypedDict):
     residuals: NotRequired[Residuals | None]
     # Final status of the solver, in snake case.
     status: str
+
+
+class SurfaceCraft(TypedDict):
+    """A surface craft of a fleet."""
+
+    # Its state, as in a request for one craft.
+    asc: Asc
+    # Its closed-loop response, as in a request for one craft. Default: unknown.
+    craft: NotRequired[Craft | None]
+    # Its name, unique among craft and `traffic`, 1 to 64 bytes.
+    id: str
+    # Its limits, as in a request for one craft.
+    limits: NotRequired[Limits | None]
+    # The AUVs that it may serve, such as those whose modem it has. Default: all.
+    serves: NotRequired[list[str] | None]
 
 
 class SurgeLoop(TypedDict):

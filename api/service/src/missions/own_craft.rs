@@ -16,7 +16,7 @@ use utoipa::ToSchema;
 
 use crate::edge::access::Tokens;
 use wire::mission::Mission;
-use wire::{DatumChange, Origin, VehicleId, Vessel, VesselStatus};
+use wire::{DatumChange, Origin, VehicleId, Vessel};
 
 /// Distance from which craft look at each other, m: two at 8 m/s for the 300 s of a manoeuvre.
 const RANGE: f64 = 5_000.0;
@@ -29,10 +29,6 @@ const GRACE: f64 = 5.0;
 
 /// Time of orderly plans after which it gives way again, s.
 const AGAIN: f64 = 30.0;
-
-/// Length of a craft over all, m, and standard deviation of its own position, m.
-const LENGTH: f64 = 5.0;
-const SIGMA: f64 = 3.0;
 
 /// Time for which a craft without a fresh plan is taken to go straight on, s: a program's horizon.
 const STRAIGHT: f64 = 60.0;
@@ -210,24 +206,12 @@ impl Craft {
             true => straight(),
             false => vec![],
         };
-        let course = self.velocity.y.atan2(self.velocity.x);
         let name = self.mission.metadata.get("bridge").and_then(|name| name.as_str());
         let name = name.unwrap_or(&self.mission.title);
+        let id = VehicleId(self.mission.id.clone());
         let mut vessel = Vessel {
-            id: VehicleId(self.mission.id.clone()),
             name: Some(name.to_owned()).filter(|name| is_name(name)),
-            t_s: Some(self.t_s),
-            north_m: self.position.x,
-            east_m: self.position.y,
-            lat_deg: None,
-            lon_deg: None,
-            course_rad: Some(course),
-            speed_mps: Some(self.velocity.norm()),
-            heading_rad: None,
-            length_m: Some(LENGTH),
-            sigma_m: Some(SIGMA),
-            plan,
-            status: VesselStatus::UnderWay,
+            ..Vessel::of_craft(id, self.t_s, self.position, self.velocity, plan)
         };
         if self.origin != origin {
             let change = DatumChange::new(self.origin, origin)?;

@@ -182,6 +182,7 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Steering.why", note),
         ("Step.ticks", between(check::TICKS)),
         ("Step.ticks", default(Step::default().ticks)),
+        ("SurfaceCraft.id", name.clone()),
         ("Tuning.steps_s", list(*STEPS_COUNT.start(), *STEPS_COUNT.end())),
         ("Tuning.steps_s/items", between(STEP)),
         ("Vessel.id", name),

@@ -21,11 +21,13 @@ pub(crate) enum Work {
     /// The plans of all laws.
     Comparison,
     Batch,
+    /// The plans of a fleet, and who serves whom.
+    Fleet,
     /// A check of a snapshot, a route of a file or the scene of a mission.
     Reading,
 }
 
-const KINDS: usize = 4;
+const KINDS: usize = 5;
 
 /// Decides on admission. Clones share the state.
 #[derive(Clone, Debug)]

@@ -24,6 +24,7 @@ use crate::edge::query::ValidQuery;
 use crate::metrics::PlanFor;
 use crate::planning::admission::{Permit, Work};
 use crate::planning::deadline::Deadline;
+use crate::planning::fleet::plan_fleet;
 use crate::planning::planners::{Planned, Planners};
 use wire::{Answer, Comparison, Origin, PlanRequest, PlanResponse, Plans};
 
@@ -36,6 +37,9 @@ pub(crate) async fn plan(
     Extension(arrival): Extension<Arrival>,
     body: BodyBytes,
 ) -> Result<Response, Problem> {
+    if wire::is_of_fleet(&body.bytes) {
+        return plan_fleet(&planners, arrival, body).await;
+    }
     let answer = |context: &Context, planned: &Planned, _, _: &Stop| {
         Ok(written(|| answer(planned, context).planned()))
     };

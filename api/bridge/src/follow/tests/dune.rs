@@ -11,6 +11,7 @@ use crate::imc::codec::{
 const CRAFT: u16 = 0x0C01;
 const SERVICE: (u8, u16) = (0, 0xFFFF);
 const FOLLOWS: (u8, u16) = (3, 478);
+const EXTERNAL: (u8, u16) = (4, 0xFFFF);
 
 /// A craft that goes north at 1 m/s, its mode, and what it was sent in each second.
 struct Dune {
@@ -18,10 +19,11 @@ struct Dune {
     wire: Input,
     sent: Arc<Mutex<Vec<u8>>>,
     tenths: u32,
+    has_position: bool,
 }
 
 impl Dune {
-    fn begin(take_control: bool) -> Self {
+    fn begin(take_control: bool, headings: bool) -> Self {
         let (clock, mut wire) = (Clock::simulated(1.8e9), None);
         let sent = Arc::<Mutex<Vec<u8>>>::default();
         let autopilot = AutopilotSettings::Imc(ImcSettings {
@@ -31,7 +33,7 @@ impl Dune {
             auvs: vec![],
             numbers: [(CRAFT, "asv".to_owned())].into(),
             beacons: [].into(),
-            headings: false,
+            headings,
             asks: false,
         });
         let settings = Settings { take_control, ..Settings::default() };
@@ -40,7 +42,7 @@ impl Dune {
             let sent = Arc::clone(&sent);
             Box::new(move |bytes| sent.lock().extend(bytes))
         });
-        Self { bridge, wire: wire.expect("is opened"), sent, tenths: 0 }
+        Self { bridge, wire: wire.expect("is opened"), sent, tenths: 0, has_position: true }
     }
 
     fn packet(&self, message: impl Into<Message>) -> Vec<u8> {
@@ -54,7 +56,7 @@ impl Dune {
             if let Some((op_mode, maneuver_type)) = mode {
                 let x = 0.1 * f32::from(u16::try_from(self.tenths).expect("is soon over"));
                 let state = EstimatedState { lat: 0.7, lon: -0.15, x, vx: 1.0, ..EstimatedState::default() };
-                let mut bytes = self.packet(state);
+                let mut bytes = if self.has_position { self.packet(state) } else { vec![] };
                 if tenth == 0 {
                     let state = VehicleState { op_mode, maneuver_type, ..VehicleState::default() };
                     bytes.extend(self.packet(state));
@@ -99,11 +101,11 @@ impl Dune {
 
 #[tokio::test(start_paused = true)]
 async fn references_are_sent_in_follow_reference_alone_and_an_operator_s_word_is_the_last() {
-    let mut dune = Dune::begin(false);
+    let mut dune = Dune::begin(false, false);
     assert_eq!(dune.seconds(4, Some(SERVICE)).await, [[0, 0]; 4], "nobody has started it");
     assert_eq!(dune.seconds(5, Some(FOLLOWS)).await, [[2, 0]; 5]);
     assert_eq!(dune.seconds(5, Some((3, 450))).await, [[0, 0]; 5], "the operator started another plan");
-    let mut dune = Dune::begin(true);
+    let mut dune = Dune::begin(true, false);
     let ordered = dune.seconds(3, Some(SERVICE)).await;
     assert_eq!(ordered, [[0, 1], [0, 0], [0, 1]], "every two seconds");
     assert_eq!(dune.seconds(5, Some(FOLLOWS)).await, [[2, 0]; 5]);
@@ -112,7 +114,7 @@ async fn references_are_sent_in_follow_reference_alone_and_an_operator_s_word_is
 
 #[tokio::test(start_paused = true)]
 async fn nothing_is_sent_three_seconds_after_the_craft_falls_silent_until_it_is_back() {
-    let mut dune = Dune::begin(false);
+    let mut dune = Dune::begin(false, false);
     assert_eq!(dune.seconds(5, Some(FOLLOWS)).await, [[2, 0]; 5]);
     let silent = dune.seconds(9, None).await;
     assert_eq!(silent[3..], [[0, 0]; 6], "{silent:?}");
@@ -120,4 +122,20 @@ async fn nothing_is_sent_three_seconds_after_the_craft_falls_silent_until_it_is_
     assert!(line.starts_with("NOT STEERING"), "{line}");
     assert_eq!(dune.seconds(3, Some(SERVICE)).await, [[0, 0]; 3], "it has restarted");
     assert_eq!(dune.seconds(3, Some(FOLLOWS)).await[1..], [[2, 0]; 2]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_craft_on_raw_headings_is_stopped_for_a_second_when_references_end() {
+    let mut dune = Dune::begin(false, true);
+    let mut speeds = vec![];
+    for second in 0..10 {
+        dune.has_position = second < 5;
+        let (messages, _) = dune.second(Some(EXTERNAL)).await;
+        speeds.extend(messages.iter().filter_map(|message| match message {
+            Message::DesiredSpeed(speed) => Some(speed.value),
+            _ => None,
+        }));
+    }
+    let stops = speeds.iter().rev().take_while(|speed| **speed == 0.0).count();
+    assert!(40 < speeds.len() && stops == 10, "{speeds:?}");
 }

@@ -41,6 +41,36 @@ fn bytes_are_those_of_another_program() {
     }
 }
 
+/// DUNE's refusal to load a plan after one that it took, whose statistics it repeats.
+const REFUSED: &str = "54fe2f02b20043a69f9d66c3da41f10c1c0140ff02024d0006006e6f626f647900003402090070696c6f746669736800024600546f74616c3d302e302c457865637574696f6e3d2d312e302c43616c6962726174696f6e3d312e302c4d616e657576657220466f6c6c6f775265666572656e63653d2d312e30000000003700546f74616c3d302e30302c486f74656c3d302e30302c5061796c6f61643d302e30302c4d6f74696f6e3d302e30302c494d553d302e30300e00756e646566696e656420706c616e2a52";
+
+#[test]
+fn a_reply_with_an_argument_of_another_kind_is_read_but_for_that() {
+    let bytes = hex::decode(REFUSED).expect("is recorded");
+    let refused = |bytes: &[u8]| match &found([bytes]).0[..] {
+        [Packet { message: Some(Message::PlanControl(reply)), .. }] => Some(reply.clone()),
+        _ => None,
+    };
+    let expected = PlanControl {
+        kind: 2,
+        op: 2,
+        request_id: 77,
+        plan_id: "nobody".to_owned(),
+        info: "undefined plan".to_owned(),
+        ..PlanControl::default()
+    };
+    assert_eq!(refused(&bytes), Some(expected.clone()));
+    // Without the last text, its length included, there is none.
+    for left_out in [14, 16] {
+        let mut cut = bytes[..bytes.len() - FOOTER_BYTES - left_out].to_vec();
+        let size = u16::try_from(cut.len() - HEADER_BYTES).expect("is short");
+        cut[4..6].copy_from_slice(&size.to_le_bytes());
+        let footer = checksum(&cut);
+        cut.extend(footer.to_le_bytes());
+        assert_ne!(refused(&cut), Some(expected.clone()));
+    }
+}
+
 #[test]
 fn both_orders_of_bytes_are_read_and_other_messages_pass_by() {
     for (header, message) in published() {

@@ -4,8 +4,11 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 
 use super::*;
-use crate::moos::{NoDatum, datum_of};
+use crate::moos::packet::greeting;
+use crate::moos::{MoosVehicles, NoDatum, datum_of};
 use crate::recent_positions::moved;
+use crate::reference::Reference;
+use crate::rehearsal::{Placed, Vehicle};
 use crate::{AuvFix, CraftMeasurement, VesselMessage};
 
 /// The measurements of the craft among `events`.
@@ -117,10 +120,15 @@ fn node_reports_of_auvs_are_fixes_and_those_of_others_vessels() {
     let barge = vessel(&events).expect("is a vessel");
     assert_eq!((barge.name.as_deref(), barge.dimensions), (Some("barge"), Some([1.9, 1.9, 0.0, 0.0])));
     assert!(999_999_999 < barge.mmsi && barge.fix.is_some_and(|fix| fix.age_s == 4.0));
+    // Nothing was measured in the future, whatever a clock says.
+    let text = report("auv-1", 9.0);
+    let events = heard(&mut client, 4.5, [("NODE_REPORT", Text(&text))]);
+    assert_eq!(super::craft::fix(&events).map(|fix| fix.t_s - NOW_S), Some(4.5));
+    assert_eq!(heard(&mut client, 4.6, [("NODE_REPORT", Text(&text))]), [], "a relay repeats it");
     for text in ["", "TIME=1", "NAME=auv-1", "NAME=auv-1,X=nan,Y=1", "NAME=auv-1,X=1e300,Y=1"] {
         assert_eq!(heard(&mut client, 5.0, [("NODE_REPORT", Text(text))]), [], "{text}");
     }
-    let expected = "clock: 1, node report: 2, node report without a position: 3, repeated report: 1";
+    let expected = "clock: 3, node report: 2, node report without a position: 3, repeated report: 2";
     assert_eq!(client.rejects().to_string(), expected);
 }
 
@@ -141,6 +149,37 @@ fn ranges_of_this_craft_to_auvs_are_fixes_from_where_it_was() {
     }
     // The craft's position is too old.
     assert_eq!(heard(&mut client, 4.0, range("range=1,target=auv-1")), []);
+}
+
+#[test]
+fn a_rehearsal_s_vehicles_are_read_as_craft_and_auv_and_its_desired_values_end() {
+    let vehicle = |name: &str, t_s| Vehicle {
+        name: name.to_owned(),
+        t_s,
+        position: Vector2::new(10.0, 20.0),
+        velocity: Vector2::new(0.0, 2.0),
+        heading: 0.5,
+        yaw_rate: 0.0,
+        depth_m: 4.5,
+    };
+    let mut vehicles = MoosVehicles::default();
+    assert!(vehicles.take(&[], NOW_S).starts_with(&greeting()));
+    let (craft, auv) = (vehicle("craft", 0.0), vehicle("auv-1", -8.0));
+    let placed = |vehicle, unix_s| Placed { vehicle, place: DATUM, unix_s };
+    let bytes = MoosVehicles::say(&placed(&craft, NOW_S), &[placed(&auv, NOW_S - 8.0)]);
+    let mut client = client(Some(DATUM), true);
+    let events = client.push(&bytes, 10.0, NOW_S);
+    let fix = fix(&events).expect("is a fix");
+    assert_eq!((fix.t_s - NOW_S, fix.position, fix.depth_m), (-8.0, DATUM, Some(4.5)));
+    let read: Vec<CraftMeasurement> =
+        super::craft::craft(&events).into_iter().map(|(_, read)| read).collect();
+    assert!(read.contains(&CraftMeasurement::Position(DATUM)), "{read:?}");
+    assert!(read.iter().any(|read| matches!(read, CraftMeasurement::GroundVelocity(v) if (v - Vector2::new(0.0, 2.0)).norm() < 1e-9)));
+    let asked = Reference { speed: 1.5, heading: 0.25 };
+    vehicles.take(&client.reference(&asked, 10.0), NOW_S);
+    let steered = vehicles.reference(NOW_S + 3.0).expect("is steered");
+    assert!((steered.heading - 0.25).abs() < 1e-9 && steered.speed == 1.5);
+    assert_eq!(vehicles.reference(NOW_S + 3.1), None);
 }
 
 #[test]

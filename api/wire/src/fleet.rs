@@ -1,0 +1,206 @@
+//! Requests and answers of fleets: several craft that share the AUVs.
+
+use planner::angle::Heading;
+use planner::fleet::{Assignment, CRAFT_MAX, Fleet, Member, SlotUse};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use serde_with::skip_serializing_none;
+use utoipa::ToSchema;
+
+use super::check::envelope_faults;
+use super::json::{BodyError, Json, Node, ShapeError, parse};
+use super::read::in_metres;
+use super::response::{Outcome, PlanResponse, Reference};
+use super::{
+    Asc, CraftDescription, CraftFrame, DeclaredLimits, FieldError, PlanRequest, PreviousPlan, VehicleId,
+};
+
+/// A surface craft of a fleet.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceCraft {
+    /// Its name, unique among craft and `traffic`, 1 to 64 bytes.
+    #[schema(value_type = String, example = "asc-1")]
+    pub id: VehicleId,
+    /// Its state, as in a request for one craft.
+    pub asc: Asc,
+    /// Its closed-loop response, as in a request for one craft. Default: unknown.
+    pub craft: Option<CraftDescription>,
+    /// Its limits, as in a request for one craft.
+    pub limits: Option<DeclaredLimits>,
+    /// The AUVs that it may serve, such as those whose modem it has. Default: all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schema(value_type = Option<Vec<String>>)]
+    pub serves: Vec<VehicleId>,
+}
+
+/// The last answer to a fleet. The whole answer is accepted; only these members are read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousFleet {
+    /// Who served whom.
+    pub assignment: Assignment,
+    /// The craft and their plans, at most 6.
+    pub surface_craft: Vec<PreviousOfCraft>,
+}
+
+/// A craft in the last answer to a fleet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct PreviousOfCraft {
+    /// Its name.
+    #[schema(value_type = String)]
+    pub id: VehicleId,
+    /// Its plan. Without it, learning restarts.
+    pub plan: Option<PreviousPlan>,
+}
+
+/// A plan for each craft of a fleet.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FleetResponse {
+    /// Version of this shape: `"1.0"`.
+    pub schema_version: String,
+    /// `degraded` if that of any craft is.
+    pub outcome: Outcome,
+    /// Who serves whom.
+    pub assignment: Assignment,
+    /// The craft, in the order of the request. Each gives way to those before it.
+    pub surface_craft: Vec<CraftPlan>,
+    /// Slots of the acoustic network, one after the other: transmissions in one slot do not disturb
+    /// each other, with twice `acoustics.range_max_m` between all ends. Without that, each has its
+    /// own.
+    pub slots: Vec<Vec<SlotUse>>,
+    /// The request's metadata.
+    #[serde(default)]
+    #[schema(value_type = Object)]
+    pub metadata: Map<String, Value>,
+}
+
+/// What one craft of a fleet is to do.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CraftPlan {
+    /// Its name.
+    #[schema(value_type = String)]
+    pub id: VehicleId,
+    /// Reference to steer now: that of the plan, or a stop for a spare craft.
+    pub reference: Reference,
+    /// Its plan, with those AUVs in `targets` that it serves; absent for a spare craft.
+    pub plan: Option<PlanResponse>,
+}
+
+impl CraftPlan {
+    /// The plan of the craft `id`, with those AUVs in its `targets` that `keep` names.
+    pub fn new(id: VehicleId, mut plan: PlanResponse, keep: impl Fn(&VehicleId) -> bool) -> Self {
+        plan.targets.retain(|target| keep(&target.id));
+        Self { id, reference: plan.reference, plan: Some(plan) }
+    }
+
+    /// A craft without AUVs to serve, which keeps its heading at time `t_s` and stops for
+    /// `validity`, s.
+    pub fn spare(id: VehicleId, (heading, t_s): (Heading, f64), validity: f64) -> Self {
+        let reference = Reference {
+            speed_mps: 0.0,
+            heading_rad: heading.radians(),
+            heading_deg: heading.compass_degrees(),
+            valid_until_s: t_s + validity,
+        };
+        Self { id, reference, plan: None }
+    }
+}
+
+/// A request to plan for a fleet.
+#[derive(Clone, Debug)]
+pub struct FleetRequest {
+    craft: Vec<Member>,
+    before: Option<Assignment>,
+    /// Craft with a previous plan that are no longer there.
+    gone: Vec<Member>,
+}
+
+impl FleetRequest {
+    /// Reads `body`, an object with `surface_craft`.
+    pub fn read(body: &[u8]) -> Result<Self, BodyError> {
+        in_metres(parse(body)?, None, Self::of)
+    }
+
+    fn of(json: &mut Json<'_>) -> Result<Self, ShapeError> {
+        let Json::Object(members) = json else {
+            return Err(ShapeError::new(String::new(), "wrong_type", "must be an object"));
+        };
+        for name in ["asc", "craft", "limits"] {
+            if members.iter().any(|(given, _)| given == name) {
+                let detail = "each of `surface_craft` has its own: leave this one out";
+                return Err(ShapeError::new(format!("/{name}"), "contradicts", detail));
+            }
+        }
+        let mut take = |name: &str| {
+            let place = members.iter().position(|(given, _)| given == name);
+            place.map(|place| members.remove(place).1)
+        };
+        let (craft, previous) = (take("surface_craft"), take("previous_plan"));
+        let craft = craft.unwrap_or(Json::Null);
+        let craft = Vec::<SurfaceCraft>::deserialize(Node::whole(&craft))
+            .map_err(|wrong| wrong.within("surface_craft"))?;
+        if let Some(length) = FieldError::of_length("/surface_craft", craft.len(), &(1..=CRAFT_MAX), "items")
+        {
+            return Err(ShapeError(Box::new(length)));
+        }
+        let previous = previous.unwrap_or(Json::Null);
+        let previous = Option::<PreviousFleet>::deserialize(Node::whole(&previous))
+            .map_err(|wrong| wrong.within("previous_plan"))?;
+        // The shape of a request for one craft has one.
+        let nowhere = ["north_m", "east_m", "heading_rad", "speed_mps"];
+        let nowhere = nowhere.map(|name| (name.into(), Json::Number(0.into())));
+        members.push(("asc".into(), Json::Object(nowhere.into())));
+        let shared = PlanRequest::deserialize(Node::whole(json))?;
+        let (before, plans) = previous.map(|fleet| (fleet.assignment, fleet.surface_craft)).unzip();
+        let mut plans = plans.unwrap_or_default();
+        let length =
+            FieldError::of_length("/previous_plan/surface_craft", plans.len(), &(0..=CRAFT_MAX), "items");
+        if let Some(length) = length {
+            return Err(ShapeError(Box::new(length)));
+        }
+        let member = |SurfaceCraft { id, asc, craft, limits, serves }: SurfaceCraft| {
+            let before = plans.iter_mut().find(|before| before.id == id);
+            let previous_plan = before.and_then(|before| before.plan.take());
+            let request = PlanRequest { asc, craft, limits, previous_plan, ..shared.clone() };
+            Member { id, serves, request }
+        };
+        let craft: Vec<_> = craft.into_iter().map(member).collect();
+        let gone = plans.into_iter().filter_map(|PreviousOfCraft { id, plan }| {
+            let request = PlanRequest { previous_plan: Some(plan?), ..craft[0].request.clone() };
+            Some(Member { id, serves: Vec::new(), request })
+        });
+        Ok(Self { gone: gone.collect(), craft, before })
+    }
+
+    /// What all craft share, with the members of the first one.
+    pub fn shared(&self) -> &PlanRequest {
+        &self.craft[0].request
+    }
+
+    /// The checked fleet, in the frame at its first craft if it has an origin. Once `due`, estimates
+    /// use the newest reports alone.
+    ///
+    /// # Errors
+    /// All faults of the request.
+    pub fn fleet(mut self, due: &dyn Fn() -> bool) -> Result<Fleet, Vec<FieldError>> {
+        let mut faults = envelope_faults(self.shared());
+        faults.extend(Fleet::faults(&self.craft, &self.gone));
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let at = self.shared().asc.position();
+        for member in self.craft.iter_mut().chain(&mut self.gone) {
+            CraftFrame::enter(&mut member.request, at);
+        }
+        Fleet::new(self.craft, (self.before.as_ref(), &self.gone), due)
+    }
+}
+
+/// `true` if a body may be one of a fleet.
+pub fn is_of_fleet(body: &[u8]) -> bool {
+    const MEMBER: &[u8] = b"\"surface_craft\"";
+    body.windows(MEMBER.len()).any(|part| part == MEMBER)
+}

@@ -1,0 +1,50 @@
+//! The surface craft of a fleet, and who serves whom.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::facts::auv::VehicleId;
+
+/// Which craft serves which AUVs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Assignment {
+    /// Each craft with the AUVs that it serves, in the request's order. The next request needs it
+    /// in `previous_plan`.
+    pub craft: Vec<CraftAssignment>,
+    /// Its cost: for the goal `visit` that of the schedules, in their unit; for `range` the mean of
+    /// the largest distance from an AUV over the next quarter of an hour, m; else that of the
+    /// squared distances from the AUVs, m².
+    pub cost: f64,
+    /// A lower bound on the cost of any assignment of this kind: each AUV has the best craft to
+    /// itself.
+    pub bound: f64,
+    /// `true` if all assignments were compared, instead of the most promising ones.
+    pub exact: bool,
+    /// `true` if a better one was known, by too little to change.
+    pub kept: bool,
+    /// Time of the last change, s on the request's clock: the next one soon after it has to be
+    /// better by more.
+    pub changed_s: f64,
+}
+
+/// A craft with the AUVs that it serves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CraftAssignment {
+    /// The craft.
+    #[schema(value_type = String)]
+    pub id: VehicleId,
+    /// The AUVs that it serves, none for a spare craft.
+    #[schema(value_type = Vec<String>)]
+    pub auvs: Vec<VehicleId>,
+}
+
+/// A transmission in a slot of the acoustic network.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct SlotUse {
+    /// The craft.
+    #[schema(value_type = String)]
+    pub craft: VehicleId,
+    /// The AUV that it calls.
+    #[schema(value_type = String)]
+    pub auv: VehicleId,
+}

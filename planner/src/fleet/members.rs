@@ -1,0 +1,329 @@
+//! The craft of a fleet, and what each of them plans for.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector2;
+
+use crate::choose::answer::Plan;
+use crate::choose::select::scheduler;
+use crate::facts::angle::Heading;
+use crate::facts::auv::VehicleId;
+use crate::facts::field_error::FieldError;
+use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
+use crate::facts::goal::Goal;
+use crate::facts::previous_plan::PreviousTarget;
+use crate::facts::ranges::{AUVS_MAX, ID_LENGTH_MAX, VESSEL_PLAN_LENGTH};
+use crate::facts::schedule::ServedVehicle;
+use crate::facts::traffic::Vessel;
+use crate::facts::visit::{Reduce, Visits};
+use crate::fleet::assignment::{CraftOf, Found, Search};
+use crate::fleet::company::Company;
+use crate::fleet::schedules::Schedules;
+use crate::fleet::slots::slots;
+use crate::predict::goal::forecast_all;
+use crate::problem::parameters::Parameters;
+use crate::snapshot::build::Snapshot;
+use crate::snapshot::check::InvalidRequest;
+use crate::snapshot::request::PlanRequest;
+use crate::solve::stop::Stop;
+use crate::visit::bound::least_cost_of;
+
+/// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
+const STAYS: f64 = 300.0;
+
+/// A craft of a fleet.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Its name.
+    pub id: VehicleId,
+    /// The AUVs that it may serve; empty for all.
+    pub serves: Vec<VehicleId>,
+    /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
+    /// are equal for all craft.
+    pub request: PlanRequest,
+}
+
+/// The craft of a fleet at one moment, in the order in which the others give way to them.
+#[derive(Clone, Debug)]
+pub struct Fleet {
+    ids: Vec<VehicleId>,
+    /// AUVs that each may serve, as bits of `auvs`.
+    serves: Vec<u32>,
+    snapshots: Vec<Snapshot>,
+    /// The AUVs that the goal depends on, as indices in the snapshots.
+    auvs: Vec<usize>,
+    before: CraftOf,
+    /// Time of the last change of the assignment, s.
+    changed: f64,
+}
+
+impl Fleet {
+    /// The faults of the fleet of `members`, by field of its request. Of those that are `gone` only
+    /// the previous plan counts.
+    pub fn faults(members: &[Member], gone: &[Member]) -> Vec<FieldError> {
+        let mut faults = Vec::new();
+        for (i, member) in members.iter().chain(gone).enumerate() {
+            let Err(InvalidRequest(found)) = member.request.check() else { continue };
+            for mut fault in found {
+                let is_own = ["/asc", "/craft", "/limits"].iter().any(|own| fault.pointer.starts_with(own));
+                if is_own && i < members.len() {
+                    fault.pointer = format!("/surface_craft/{i}{}", fault.pointer);
+                } else if let Some(rest) = fault.pointer.strip_prefix("/previous_plan") {
+                    fault.pointer = format!("/previous_plan/surface_craft/{i}/plan{rest}");
+                } else if 0 < i {
+                    continue;
+                }
+                faults.push(fault);
+            }
+        }
+        let Some(Member { request, .. }) = members.first() else { return faults };
+        for (i, member) in members.iter().enumerate() {
+            let field = format!("/surface_craft/{i}");
+            let place = format!("{field}/id");
+            faults.extend(FieldError::of_length(&place, member.id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
+            let is_taken = members[..i].iter().any(|other| other.id == member.id)
+                || request.traffic.iter().any(|vessel| vessel.id == member.id);
+            if is_taken {
+                faults.push(FieldError::new(&place, "duplicate", "duplicate name").given(&*member.id.0));
+            }
+            let is_known = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
+            for (j, id) in member.serves.iter().enumerate().filter(|(_, id)| !is_known(id)) {
+                let place = format!("{field}/serves/{j}");
+                faults
+                    .push(FieldError::new(place, "unknown_vehicle", "names no AUV of `auvs`").given(&*id.0));
+            }
+        }
+        let is_served = |id: &VehicleId| {
+            members.iter().any(|member| member.serves.is_empty() || member.serves.contains(id))
+        };
+        for id in request.goal.goal.vehicles().filter(|id| !is_served(id)) {
+            let detail = "no craft may serve this AUV: add it to the `serves` of one";
+            faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
+        }
+        for (i, auv) in request.auvs.iter().enumerate() {
+            let reports = auv.reports.iter().flatten().enumerate();
+            for (j, _) in reports.filter(|(_, report)| report.range_m.is_some() && report.from.is_none()) {
+                let detail = "say where the craft was that measured this range: a fleet has several";
+                faults.push(FieldError::new(format!("/auvs/{i}/reports/{j}/from"), "missing", detail));
+            }
+        }
+        faults
+    }
+
+    /// The fleet of `members`, at least one, whose previous assignment was `before`; `gone` are its
+    /// craft that are no longer there. Once `due`, estimates use the newest reports alone.
+    ///
+    /// # Errors
+    /// [`Fleet::faults`].
+    pub fn new(
+        mut members: Vec<Member>,
+        (before, gone): (Option<&Assignment>, &[Member]),
+        due: &dyn Fn() -> bool,
+    ) -> Result<Self, Vec<FieldError>> {
+        let faults = Self::faults(&members, gone);
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        // AUVs are estimated once, from what any craft remembers of them.
+        let remembers = |member: &&Member| member.request.previous_plan.is_some();
+        let mut lead = members.iter().chain(gone).find(remembers).unwrap_or(&members[0]).clone();
+        let memory = Memory::of(members.iter().chain(gone));
+        for request in members.iter_mut().map(|member| &mut member.request).chain([&mut lead.request]) {
+            memory.give_to(request);
+        }
+        let of = |InvalidRequest(faults): InvalidRequest| faults;
+        let leading = Snapshot::until(lead.request, due).map_err(of)?;
+        let snapshots = members.iter().map(|member| leading.beside(member.request.clone()).map_err(of));
+        let snapshots = snapshots.collect::<Result<Vec<_>, _>>()?;
+        let place = |id: &VehicleId| leading.auvs.iter().position(|auv| auv.id == *id);
+        let mut auvs: Vec<usize> = leading.goal.goal.vehicles().filter_map(place).collect();
+        auvs.sort_unstable();
+        let id = |auv: &usize| &leading.auvs[*auv].id;
+        let may_serve = |member: &Member| {
+            let bits = auvs.iter().enumerate();
+            let bits = bits.filter(|(_, auv)| member.serves.is_empty() || member.serves.contains(id(auv)));
+            bits.fold(0, |set, (i, _)| set | 1 << i)
+        };
+        let craft_of = |auv: &usize| {
+            let craft = before?.craft.iter().find(|craft| craft.auvs.contains(id(auv)))?;
+            members.iter().position(|member| member.id == craft.id)
+        };
+        Ok(Self {
+            serves: members.iter().map(may_serve).collect(),
+            before: auvs.iter().map(craft_of).collect(),
+            changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s),
+            ids: members.into_iter().map(|member| member.id).collect(),
+            snapshots,
+            auvs,
+        })
+    }
+
+    /// Who serves whom. Once `stop` is due, the best that is known by then.
+    pub fn assign(&self, parameters: &Parameters, stop: &Stop) -> Assignment {
+        let due = || stop.is_due();
+        let leading = &self.snapshots[0];
+        let parameters = &*parameters.of(leading);
+        let goal = &leading.goal.goal;
+        let found = if let Goal::Visit(visits) = goal {
+            let schedules = self.schedules(visits, parameters, &due);
+            let cost = |craft: usize, set| schedules[craft].cost(set, &due);
+            let found = self.search((&cost, visits.reduce == Reduce::Max), &due);
+            let fleets: Vec<_> = schedules.iter().map(|schedules| &schedules.fleet).collect();
+            let bound = least_cost_of(&fleets).unwrap_or(0.0).clamp(found.bound, found.cost);
+            Found { bound, ..found }
+        } else {
+            let forecasts = forecast_all(leading);
+            let craft = self.snapshots.iter().map(|snapshot| {
+                let planned = parameters.planned(snapshot.craft_model()).limits;
+                (snapshot.asc.position(), planned.speed_max)
+            });
+            let weight = |auv: &usize| goal.weight(&leading.auvs[*auv].id);
+            let auvs: Vec<_> = self.auvs.iter().map(|auv| (&forecasts[*auv], weight(auv))).collect();
+            let is_largest = matches!(goal, Goal::Range { .. });
+            let company = Company::new(craft.collect(), &auvs, is_largest);
+            let cost = |craft, set| company.cost(craft, set);
+            self.search((&cost, is_largest), &due)
+        };
+        let Found { craft_of, cost, bound, exact, kept } = found;
+        let craft = self.ids.iter().enumerate().map(|(craft, id)| {
+            let of = self.auvs.iter().zip(&craft_of).filter(|(_, of)| **of == Some(craft));
+            CraftAssignment {
+                id: id.clone(),
+                auvs: of.map(|(auv, _)| leading.auvs[*auv].id.clone()).collect(),
+            }
+        });
+        let changed_s = if craft_of == self.before { self.changed } else { leading.t_s };
+        Assignment { craft: craft.collect(), cost, bound, exact, kept, changed_s }
+    }
+
+    /// The scheduling problem of each craft.
+    pub(super) fn schedules(
+        &self,
+        visits: &Visits,
+        parameters: &Parameters,
+        due: &dyn Fn() -> bool,
+    ) -> Vec<Schedules> {
+        let mut schedules: Vec<Schedules> = Vec::new();
+        for snapshot in &self.snapshots {
+            let forecasts = forecast_all(snapshot);
+            let scheduler = scheduler(snapshot, parameters, due);
+            let of = (self.snapshots.len() as f64, schedules.first());
+            schedules.push(Schedules::new((snapshot, visits), &scheduler, (&forecasts, &self.auvs), of));
+        }
+        schedules
+    }
+
+    fn search(&self, cost: (&dyn Fn(usize, u32) -> f64, bool), due: &dyn Fn() -> bool) -> Found {
+        Search::new(self.auvs.len(), self.serves.clone(), cost, due)
+            .best(&self.before, self.snapshots[0].t_s - self.changed)
+    }
+
+    /// The number of craft.
+    pub fn n_craft(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// The heading of a craft, by index, and the time of the fleet, s.
+    pub fn heading(&self, craft: usize) -> (Heading, f64) {
+        let snapshot = &self.snapshots[craft];
+        (snapshot.asc.heading(), snapshot.t_s)
+    }
+
+    /// What a craft, by index, plans for by `assignment`, among the craft before it as `vessels`;
+    /// none for a spare one.
+    pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Option<Snapshot> {
+        let snapshot = &self.snapshots[craft];
+        let served = &assignment.craft[craft].auvs;
+        let goal = snapshot.goal.goal.only(|id| served.contains(id))?;
+        Some(snapshot.part(goal, vessels))
+    }
+
+    /// A craft, by index, as the craft after it see it: with its `plan`, or as it stays where it is.
+    pub fn as_vessel(&self, craft: usize, plan: Option<&Plan>) -> Vessel {
+        let snapshot = &self.snapshots[craft];
+        let (asc, now) = (&snapshot.asc, snapshot.t_s);
+        let velocity = || asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current());
+        let (velocity, plan) = match plan {
+            Some(plan) => {
+                let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
+                let points = plan.trajectory.iter().skip(step).step_by(step);
+                (velocity(), points.map(|at| [at.t_s, at.north_m, at.east_m]).collect())
+            }
+            None => (Vector2::zeros(), vec![[now + STAYS, asc.north_m, asc.east_m]]),
+        };
+        Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
+    }
+
+    /// Slots of the acoustic network, one after the other, in each of which these transmissions do
+    /// not disturb each other.
+    pub fn slots(&self, assignment: &Assignment) -> Vec<Vec<SlotUse>> {
+        let leading = &self.snapshots[0];
+        let forecasts = forecast_all(leading);
+        let (mut uses, mut calls) = (Vec::new(), Vec::new());
+        for (craft, snapshot) in assignment.craft.iter().zip(&self.snapshots) {
+            for auv in &craft.auvs {
+                let at = leading.auvs.iter().position(|known| known.id == *auv);
+                let at = at.map_or_else(Vector2::zeros, |auv| forecasts[auv].at(0.0).position);
+                uses.push(SlotUse { craft: craft.id.clone(), auv: auv.clone() });
+                calls.push((snapshot.asc.position(), at));
+            }
+        }
+        let mut table: Vec<Vec<SlotUse>> = Vec::new();
+        for (slot, used) in slots(&calls, leading.range_max()).into_iter().zip(uses) {
+            table.resize_with(table.len().max(slot + 1), Vec::new);
+            table[slot].push(used);
+        }
+        table
+    }
+}
+
+/// What the craft of a fleet remember of AUVs, which another one may have to serve next.
+#[derive(Default)]
+struct Memory {
+    targets: BTreeMap<VehicleId, PreviousTarget>,
+    served: BTreeMap<VehicleId, ServedVehicle>,
+    /// Costs of unserved AUVs, advanced to now.
+    costs: BTreeMap<VehicleId, f64>,
+}
+
+impl Memory {
+    fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
+        let mut memory = Self::default();
+        for PlanRequest { previous_plan, goal, t_s, .. } in members.map(|member| &member.request) {
+            let Some(plan) = previous_plan else { continue };
+            for target in plan.targets.iter().flatten() {
+                memory.targets.entry(target.id.clone()).or_insert_with(|| target.clone());
+            }
+            let Some(schedule) = &plan.schedule else { continue };
+            for known in &schedule.costs {
+                memory.served.entry(known.auv.clone()).or_insert_with(|| known.clone());
+                if let (Goal::Visit(visits), Some(then)) = (&goal.goal, plan.made_at())
+                    && schedule.unit == visits.cost.unit()
+                {
+                    let now = visits.cost.unserved(known.cost, (t_s - then).max(0.0)).cost;
+                    memory.costs.entry(known.auv.clone()).or_insert(now);
+                }
+            }
+        }
+        memory
+    }
+
+    /// Gives it to a craft, beside its own.
+    fn give_to(&self, request: &mut PlanRequest) {
+        if let Some(plan) = &mut request.previous_plan {
+            plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
+            if let Some(schedule) = &mut plan.schedule {
+                let is_new = |id: &VehicleId| schedule.costs.iter().all(|known| known.auv != *id);
+                let new: Vec<_> = self.served.values().filter(|known| is_new(&known.auv)).cloned().collect();
+                schedule.costs.extend(new);
+                schedule.costs.truncate(AUVS_MAX);
+                return;
+            }
+        }
+        if let Goal::Visit(visits) = &mut request.goal.goal {
+            for (id, cost) in self.costs.iter().filter(|(id, _)| visits.auvs.contains(id)) {
+                visits.costs_now.entry(id.clone()).or_insert(*cost);
+            }
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Assignments of whole fleets, and the search by a second route.
+
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+use super::assignment::Search;
+use super::slots::slots;
+use super::{Assignment, Fleet, Member};
+use crate::choose::plan::{Workspace, plan};
+use crate::facts::visit::{Reduce, Visits};
+use crate::problem::parameters::Parameters;
+use crate::solve::stop::Stop;
+use crate::tests::prelude::*;
+use crate::visit::bound::least_cost_of;
+
+/// A drawn fleet, mirrored about the north axis if `mirror` is −1; names begin with `prefix`.
+fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let (n_craft, n) = (rng.random_range(1..=3), rng.random_range(1..=5));
+    let mut place = |far: f64| {
+        let mut within = || rng.random_range(-far..far);
+        (Vector2::new(within(), mirror * within()), mirror * rng.random_range(-3.1..3.1))
+    };
+    let auvs: Vec<_> = (0..n)
+        .map(|i| {
+            let (at, course) = place(600.0);
+            Auv::new(format!("{prefix}auv-{i}").as_str(), AuvState::new(at, 8.0, Course::new(course), 0.4))
+        })
+        .collect();
+    let ids: Vec<VehicleId> = auvs.iter().map(|auv| auv.id.clone()).collect();
+    let goal = match seed % 3 {
+        0 => Goal::Midpoint { auvs: ids },
+        1 => Goal::Visit(Visits::new(ids)),
+        _ => Goal::Range { auvs: ids, range_m: 2000.0 },
+    };
+    let member = |k: usize| {
+        let (at, heading) = place(200.0);
+        let asc = Asc::new(at, Heading::new(heading), 0.5);
+        let mut request = PlanRequest::new(0.0, asc, auvs.clone(), goal.clone());
+        request.limits = Some(Limits::MEDUSA.into());
+        Member { id: format!("{prefix}asc-{k}").as_str().into(), serves: vec![], request }
+    };
+    (0..n_craft).map(member).collect()
+}
+
+fn fleet(members: Vec<Member>, before: (Option<&Assignment>, &[Member])) -> Fleet {
+    Fleet::new(members, before, &|| false).expect("is valid")
+}
+
+fn assigned(members: Vec<Member>) -> Assignment {
+    fleet(members, (None, &[])).assign(&Parameters::default(), &Stop::never())
+}
+
+/// The AUVs of each craft, without the prefix of names.
+fn parts(assignment: &Assignment) -> Vec<Vec<String>> {
+    let tail = |id: &VehicleId| id.0[id.0.len() - 1..].to_owned();
+    assignment.craft.iter().map(|craft| craft.auvs.iter().map(tail).collect()).collect()
+}
+
+#[test]
+fn names_and_mirrors_change_no_assignment_and_no_bound_exceeds_its_cost() {
+    for seed in 0..60 {
+        let first = assigned(drawn(seed, "", 1.0));
+        assert_eq!(assigned(drawn(seed, "", 1.0)), first, "{seed}");
+        assert!(0.0 <= first.bound && first.bound <= first.cost * (1.0 + 1e-12), "{seed}: {first:?}");
+        for (prefix, mirror) in [("z-", 1.0), ("", -1.0)] {
+            let other = assigned(drawn(seed, prefix, mirror));
+            assert_eq!(parts(&other), parts(&first), "{seed} {prefix} {mirror}");
+            near(other.cost / first.cost.max(1e-9), first.cost / first.cost.max(1e-9), 1e-6);
+        }
+    }
+}
+
+#[test]
+fn no_schedules_of_several_craft_cost_less_than_their_bound() {
+    for seed in 0..40 {
+        let fleet = fleet(drawn(3 * seed + 1, "", 1.0), (None, &[]));
+        let mut visits = Visits::new((0..5).map(|i| format!("auv-{i}").as_str().into()).collect());
+        visits.reduce = if seed % 2 == 0 { Reduce::Mean } else { Reduce::Max };
+        let schedules = fleet.schedules(&visits, &Parameters::default(), &|| false);
+        let fleets: Vec<_> = schedules.iter().map(|schedules| &schedules.fleet).collect();
+        let Some(bound) = least_cost_of(&fleets) else { continue };
+        let n = fleets[0].candidates.len();
+        let cost = |craft: usize, set: u32| schedules[craft].cost(set, &|| false);
+        let all = vec![u32::MAX >> (32 - n); fleets.len()];
+        let search = Search::new(n, all, (&cost, visits.reduce == Reduce::Max), &|| false);
+        let found = search.best(&vec![None; n], 0.0);
+        assert!(bound <= found.cost * (1.0 + 1e-9), "{seed}: {bound} above {}", found.cost);
+    }
+}
+
+#[test]
+fn the_search_finds_the_least_cost_of_all_assignments() {
+    for seed in 0..200 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        // Up to 2⁵ and 3³ in full; from there on costs add up, so that moves alone find the best.
+        let (n_craft, n) = (rng.random_range(2..=3), rng.random_range(1..=8_usize));
+        let is_exact = n_craft << n <= 96;
+        let own: Vec<Vec<f64>> =
+            (0..n_craft).map(|_| (0..n).map(|_| rng.random_range(1.0..9.0)).collect()).collect();
+        let together = if is_exact { rng.random_range(-0.5..2.0) } else { 0.0 };
+        let cost = |craft: usize, set: u32| {
+            let auvs = (0..n).filter(|auv| set & (1 << auv) != 0);
+            let sum: f64 = auvs.map(|auv| own[craft][auv]).sum();
+            sum * (1.0 + together * f64::from(set.count_ones() - 1))
+        };
+        let is_largest = is_exact && rng.random_bool(0.3);
+        let all = u32::MAX >> (32 - n);
+        let search = Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false);
+        let found = search.best(&vec![None; n], 0.0);
+        let least = (0..n_craft.pow(u32::try_from(n).expect("is small")))
+            .map(|mut digits| {
+                let mut sets = vec![0; n_craft];
+                for auv in 0..n {
+                    sets[digits % n_craft] |= 1 << auv;
+                    digits /= n_craft;
+                }
+                let costs = (0..n_craft).filter(|k| sets[*k] != 0).map(|k| cost(k, sets[k]));
+                if is_largest { costs.fold(0.0, f64::max) } else { costs.sum() }
+            })
+            .fold(f64::INFINITY, f64::min);
+        assert_eq!(found.exact, is_exact);
+        near(found.cost, least, 1e-9);
+    }
+}
+
+#[test]
+fn an_assignment_changes_for_one_that_is_a_tenth_better_or_more_right_after_a_change() {
+    for (other, age, is_kept) in [(9.2, 1e9, true), (8.9, 1e9, false), (8.9, 10.0, true), (6.0, 0.0, false)] {
+        let cost =
+            |craft: usize, set: u32| f64::from(set.count_ones()) * if craft == 0 { 10.0 } else { other };
+        let search = Search::new(1, vec![1, 1], (&cost, false), &|| false);
+        let found = search.best(&vec![Some(0)], age);
+        assert_eq!((found.craft_of[0] == Some(0), found.kept), (is_kept, is_kept), "{other}");
+    }
+}
+
+#[test]
+fn a_craft_that_takes_an_auv_over_knows_when_it_was_served() {
+    let ids: Vec<VehicleId> = vec!["a".into(), "b".into()];
+    let auv = |id: &VehicleId, north| Auv::new(&*id.0, moving(north, 0.0, 5.0, 0.0, 0.0));
+    let auvs = vec![auv(&ids[0], 900.0), auv(&ids[1], -900.0)];
+    let member = |id: &str, north, t_s: f64| {
+        let asc = Asc::new(Vector2::new(north, 0.0), Heading::new(0.0), 0.0);
+        let mut visits = Visits::new(ids.clone());
+        if t_s == 0.0 {
+            visits.costs_now = ids.iter().map(|id| (id.clone(), 500.0)).collect();
+        }
+        Member {
+            id: id.into(),
+            serves: vec![],
+            request: PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)),
+        }
+    };
+    let both = fleet(vec![member("one", 100.0, 0.0), member("two", -100.0, 0.0)], (None, &[]));
+    let assignment = both.assign(&Parameters::default(), &Stop::never());
+    assert_eq!(parts(&assignment), [["a"], ["b"]]);
+    let planned = |fleet: &Fleet, assignment: &Assignment, craft| {
+        let snapshot = fleet.snapshot(craft, assignment, &[]).expect("serves one");
+        plan(&snapshot, &Parameters::default(), &mut Workspace::default())
+    };
+    let [one, two] = [0, 1].map(|craft| PreviousPlan::from(&planned(&both, &assignment, craft)));
+    let [mut lost, mut survivor] = [member("one", 100.0, 10.0), member("two", -100.0, 10.0)];
+    (lost.request.previous_plan, survivor.request.previous_plan) = (Some(one), Some(two));
+    // The first craft is lost: alone, or as a new one begins.
+    for members in [vec![survivor.clone()], vec![survivor, member("new", 0.0, 10.0)]] {
+        let n_craft = members.len();
+        let fleet = fleet(members, (Some(&assignment), &[lost.clone()]));
+        let again = fleet.assign(&Parameters::default(), &Stop::never());
+        let costs = (0..n_craft).flat_map(|craft| {
+            let schedule = planned(&fleet, &again, craft).schedule.expect("visits");
+            schedule.costs.into_iter().map(|known| (known.auv.0, known.cost))
+        });
+        let mut costs: Vec<_> = costs.collect();
+        costs.sort_by(|a, b| a.0.cmp(&b.0));
+        assert_eq!(costs, [("a".to_owned(), 510.0), ("b".to_owned(), 510.0)], "{n_craft}");
+    }
+}
+
+#[test]
+fn calls_share_a_slot_only_where_neither_end_disturbs_the_other() {
+    let at = |north: f64| (Vector2::new(north, 0.0), Vector2::new(north + 10.0, 0.0));
+    let calls = [at(0.0), at(150.0), at(1000.0), at(1100.0), at(3000.0)];
+    assert_eq!(slots(&calls, Some(100.0)), [0, 1, 0, 1, 0]);
+    assert_eq!(slots(&calls, None), [0, 1, 2, 3, 4]);
+}
+
+#[test]
+fn faults_of_a_fleet_name_its_fields() {
+    let mut members = drawn(5, "", 1.0);
+    members.resize_with(2, || drawn(5, "", 1.0)[0].clone());
+    members[1].request.asc.speed_mps = 1e9;
+    members[1].serves = vec!["nobody".into()];
+    members[1].id = members[0].id.clone();
+    members[0].serves = members[1].serves.clone();
+    let range = json!([{ "t_s": 0.0, "range_m": 30.0, "sigma_m": 1.0 }]);
+    for member in &mut members {
+        let auv = &mut member.request.auvs[0];
+        (auv.state, auv.reports) = (None, serde_json::from_value(range.clone()).ok());
+    }
+    let faults = Fleet::faults(&members, &[]);
+    let found: Vec<_> = faults.iter().map(|fault| format!("{} {}", fault.pointer, fault.code)).collect();
+    let expected = [
+        "/surface_craft/1/asc/speed_mps out_of_range",
+        "/surface_craft/0/serves/0 unknown_vehicle",
+        "/surface_craft/1/id duplicate",
+        "/surface_craft/1/serves/0 unknown_vehicle",
+        "/goal unserved",
+        "/auvs/0/reports/0/from missing",
+    ];
+    let mut once = found.clone();
+    once.dedup();
+    assert_eq!(once, expected);
+}

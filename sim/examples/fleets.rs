@@ -1,0 +1,414 @@
+//! Drawn fleets: kinematic craft that share AUVs on lanes, steered once a second by the planner's
+//! assignment or by another one, each with the planner's own plan for its part.
+//!
+//! ```text
+//! cargo run --release -p pilotfish-sim --example fleets -- --seeds 1-30 --craft 2 --auvs 4 --goal visit
+//! ```
+//! A JSON line for each flight. `--assign` names the assignments to fly: `fleet` (the planner's),
+//! `one` (the first craft alone), `split` (the best of all fixed ones, in hindsight), `nearest`,
+//! `auction` (sequential, single items) and `territories` (k-means), these three anew each minute.
+//! `--dies` stops a drawn craft for good at a drawn time. `--far` and `--minutes` as they say.
+
+use std::collections::BTreeMap;
+use std::{env, error::Error};
+
+use nalgebra::Vector2;
+use planner::angle::{Course, Heading, direction, wrap};
+use planner::fleet::{Assignment, CraftAssignment, Fleet, Member};
+use planner::snapshot::{Limits, Reduce, VehicleId, Vessel, Visits};
+use planner::stop::Stop;
+use planner::{Asc, Auv, AuvState, Goal, Parameters, PlanRequest, PreviousPlan, Workspace, plan};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+type Failure = Box<dyn Error + Send + Sync>;
+
+const TURN_RATE: f64 = 0.3;
+const SPEED: f64 = 1.5;
+const ACCELERATION: f64 = 0.3;
+const LAG: f64 = 1.5;
+/// Distance within which an AUV is served, m, and time between two assignments of other rules, s.
+const WITHIN: f64 = 20.0;
+const ANEW: usize = 60;
+
+/// An AUV on lanes.
+struct Lanes {
+    corners: Vec<Vector2<f64>>,
+    speed: f64,
+}
+
+impl Lanes {
+    fn draw(rng: &mut ChaCha8Rng, far: f64) -> Self {
+        let along = direction(rng.random_range(-3.1..3.1));
+        let mut across = Vector2::new(-along.y, along.x) * rng.random_range(15.0..40.0);
+        let length = rng.random_range(80.0..200.0);
+        let mut at = Vector2::new(rng.random_range(-far..far), rng.random_range(-far..far));
+        let mut corners = vec![at];
+        for lane in 0..60 {
+            at += along * if lane % 2 == 0 { length } else { -length };
+            corners.push(at);
+            at += across;
+            corners.push(at);
+            if lane % 6 == 5 {
+                across = -across;
+            }
+        }
+        Self { corners, speed: rng.random_range(0.3..0.8) }
+    }
+
+    fn at(&self, t: f64) -> (Vector2<f64>, f64) {
+        let mut left = self.speed * t;
+        for leg in self.corners.windows(2) {
+            let way = leg[1] - leg[0];
+            if left <= way.norm() {
+                return (leg[0] + way * (left / way.norm()), way.y.atan2(way.x));
+            }
+            left -= way.norm();
+        }
+        (self.corners[self.corners.len() - 1], 0.0)
+    }
+}
+
+#[derive(Clone)]
+struct Craft {
+    id: VehicleId,
+    position: Vector2<f64>,
+    heading: f64,
+    speed: f64,
+}
+
+impl Craft {
+    /// A tenth of a second later.
+    fn step(&mut self, (speed, heading): (f64, f64)) {
+        let turn = wrap(heading - self.heading).clamp(-TURN_RATE, TURN_RATE);
+        self.heading += 0.1 * turn;
+        self.speed += 0.1 * ((speed.clamp(0.0, SPEED) - self.speed) / LAG).clamp(-ACCELERATION, ACCELERATION);
+        self.position += direction(self.heading) * (0.1 * self.speed);
+    }
+}
+
+/// A drawn fleet.
+struct Scene {
+    auvs: Vec<(VehicleId, Lanes)>,
+    craft: Vec<Craft>,
+    /// Which craft stops for good, and when, s.
+    dies: Option<(usize, usize)>,
+    seconds: usize,
+    goal: String,
+}
+
+impl Scene {
+    fn goal(&self) -> Result<Goal, Failure> {
+        let auvs: Vec<_> = self.auvs.iter().map(|(id, _)| id.clone()).collect();
+        Ok(match &*self.goal {
+            "visit" => Goal::Visit(Visits::new(auvs)),
+            "worst" => Goal::Visit(Visits { reduce: Reduce::Max, ..Visits::new(auvs) }),
+            "midpoint" => Goal::Midpoint { auvs },
+            "range" => Goal::Range { auvs, range_m: 5000.0 },
+            other => return Err(format!("no goal {other}").into()),
+        })
+    }
+
+    fn request(&self, t: usize, craft: &Craft, goal: Goal, previous: Option<PreviousPlan>) -> PlanRequest {
+        let auv = |(id, lanes): &(VehicleId, Lanes)| {
+            let (at, course) = lanes.at(t as f64);
+            Auv::new(&*id.0, AuvState::new(at, 10.0, Course::new(course), lanes.speed))
+        };
+        let asc = Asc::new(craft.position, Heading::new(craft.heading), craft.speed);
+        let auvs = self.auvs.iter().map(auv).collect();
+        let mut request = PlanRequest::new(t as f64, asc, auvs, goal);
+        request.limits = Some(Limits { speed_max: SPEED, speed_min: 0.0, ..Limits::MEDUSA }.into());
+        request.previous_plan = previous;
+        request
+    }
+}
+
+/// How AUVs are assigned.
+enum Rule {
+    Planner,
+    /// The craft of each AUV, always.
+    Fixed(Vec<usize>),
+    Nearest,
+    Auction,
+    Territories,
+}
+
+impl Rule {
+    /// The craft of each AUV, of those at these places.
+    fn assign(&self, craft: &[Vector2<f64>], auvs: &[Vector2<f64>]) -> Vec<usize> {
+        let nearest = |places: &[Vector2<f64>], to: &Vector2<f64>| {
+            let distance = |i: &usize| (places[*i] - to).norm();
+            (0..places.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
+        };
+        match self {
+            Self::Planner => vec![0; auvs.len()],
+            Self::Fixed(of) => of.iter().map(|craft_of| (*craft_of).min(craft.len() - 1)).collect(),
+            Self::Nearest => auvs.iter().map(|auv| nearest(craft, auv)).collect(),
+            Self::Auction => {
+                // Each craft bids its way to an AUV after those that it won.
+                let (mut ends, mut spent) = (craft.to_vec(), vec![0.0; craft.len()]);
+                let mut of = vec![None; auvs.len()];
+                for _ in auvs {
+                    let bids = (0..auvs.len()).filter(|auv| of[*auv].is_none()).flat_map(|auv| {
+                        let (ends, spent) = (&ends, &spent);
+                        (0..ends.len()).map(move |k| (spent[k] + (ends[k] - auvs[auv]).norm(), auv, k))
+                    });
+                    let Some((bid, auv, k)) = bids.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+                    (of[auv], ends[k], spent[k]) = (Some(k), auvs[auv], bid);
+                }
+                of.into_iter().map(Option::unwrap_or_default).collect()
+            }
+            Self::Territories => {
+                let mut centres = craft.to_vec();
+                for _ in 0..20 {
+                    let of: Vec<_> = auvs.iter().map(|auv| nearest(&centres, auv)).collect();
+                    for (k, centre) in centres.iter_mut().enumerate() {
+                        let own: Vec<_> = (0..auvs.len()).filter(|i| of[*i] == k).map(|i| auvs[i]).collect();
+                        if !own.is_empty() {
+                            *centre = own.iter().sum::<Vector2<f64>>() / own.len() as f64;
+                        }
+                    }
+                }
+                auvs.iter().map(|auv| nearest(&centres, auv)).collect()
+            }
+        }
+    }
+}
+
+/// What a flight showed.
+#[derive(Default)]
+struct Outcome {
+    ages: f64,
+    worst: f64,
+    square: f64,
+    least: f64,
+    energy: f64,
+    changes: usize,
+    gap: Vec<f64>,
+    ms: Vec<f64>,
+    reassigned: Option<usize>,
+}
+
+/// A flight under way.
+struct Flight<'a> {
+    scene: &'a Scene,
+    rule: &'a Rule,
+    separation: f64,
+    craft: Vec<Craft>,
+    plans: BTreeMap<VehicleId, PreviousPlan>,
+    before: Option<Assignment>,
+    workspace: Workspace,
+    seen: Outcome,
+}
+
+impl Flight<'_> {
+    /// The fleet at `t`, s, as a client posts it.
+    fn fleet(&self, t: usize) -> Result<Fleet, Failure> {
+        let member = |craft: &Craft| {
+            let (goal, previous) = (self.scene.goal()?, self.plans.get(&craft.id).cloned());
+            let mut request = self.scene.request(t, craft, goal, previous);
+            request.vessel_separation_m = Some(self.separation);
+            Ok(Member { id: craft.id.clone(), serves: vec![], request })
+        };
+        let members: Vec<Member> = self.craft.iter().map(member).collect::<Result<_, Failure>>()?;
+        let gone = self.before.iter().flat_map(|before| &before.craft).filter_map(|gone| {
+            let is_gone = members.iter().all(|member| member.id != gone.id);
+            let previous_plan = self.plans.get(&gone.id).cloned();
+            let request = PlanRequest { previous_plan, ..members[0].request.clone() };
+            is_gone.then(|| Member { id: gone.id.clone(), serves: vec![], request })
+        });
+        let gone: Vec<_> = gone.collect();
+        Fleet::new(members, (self.before.as_ref(), &gone), &|| false)
+            .map_err(|faults| format!("{faults:?}").into())
+    }
+
+    fn assign(&mut self, t: usize, fleet: &Fleet) -> Assignment {
+        let is_new = |before: &Assignment| before.craft.len() != self.craft.len() || t.is_multiple_of(ANEW);
+        let assignment = match (self.rule, &self.before) {
+            (Rule::Planner, _) => fleet.assign(&Parameters::default(), &Stop::never()),
+            (_, Some(before)) if !is_new(before) => before.clone(),
+            _ => {
+                let places: Vec<_> = self.craft.iter().map(|craft| craft.position).collect();
+                let auvs = self.scene.auvs.iter().map(|(_, lanes)| lanes.at(t as f64).0);
+                let of = self.rule.assign(&places, &auvs.collect::<Vec<_>>());
+                let part = |k: usize| {
+                    let own = self.scene.auvs.iter().zip(&of).filter(|(_, of)| **of == k);
+                    own.map(|((id, _), _)| id.clone()).collect()
+                };
+                let parts = self.craft.iter().enumerate();
+                let parts = parts.map(|(k, craft)| CraftAssignment { id: craft.id.clone(), auvs: part(k) });
+                Assignment { craft: parts.collect(), ..Assignment::default() }
+            }
+        };
+        if matches!(self.rule, Rule::Planner) && 0.0 < assignment.cost {
+            self.seen.gap.push(1.0 - assignment.bound / assignment.cost);
+        }
+        let of = |assignment: &Assignment, id: &VehicleId| {
+            let craft = assignment.craft.iter().find(|craft| craft.auvs.contains(id));
+            craft.map(|craft| craft.id.clone())
+        };
+        let auvs = || self.scene.auvs.iter().map(|(id, _)| id);
+        if let Some(before) = &self.before {
+            self.seen.changes += auvs().filter(|id| of(before, id) != of(&assignment, id)).count();
+        }
+        let since = self.scene.dies.and_then(|(_, at)| t.checked_sub(at));
+        if self.seen.reassigned.is_none() && auvs().all(|id| of(&assignment, id).is_some()) {
+            self.seen.reassigned = since;
+        }
+        assignment
+    }
+
+    /// The references, speed and heading, of all craft.
+    fn steer(&mut self, t: usize) -> Result<Vec<(f64, f64)>, Failure> {
+        let begun = std::time::Instant::now();
+        let fleet = self.fleet(t)?;
+        let assignment = self.assign(t, &fleet);
+        let spare = (0..self.craft.len()).filter(|k| assignment.craft[*k].auvs.is_empty());
+        let mut ahead: Vec<Vessel> = spare.map(|k| fleet.as_vessel(k, None)).collect();
+        let mut references = vec![];
+        self.plans.clear();
+        for (k, craft) in self.craft.iter().enumerate() {
+            let Some(snapshot) = fleet.snapshot(k, &assignment, &ahead) else {
+                references.push((0.0, craft.heading));
+                continue;
+            };
+            let planned = plan(&snapshot, &Parameters::default(), &mut self.workspace);
+            ahead.push(fleet.as_vessel(k, Some(&planned)));
+            references.push((planned.reference.speed, planned.reference.heading.radians()));
+            let mut previous = PreviousPlan::from(&planned);
+            let own = &assignment.craft[k].auvs;
+            previous.targets.iter_mut().for_each(|targets| targets.retain(|target| own.contains(&target.id)));
+            self.plans.insert(craft.id.clone(), previous);
+        }
+        self.before = Some(assignment);
+        self.seen.ms.push(1e3 * begun.elapsed().as_secs_f64());
+        Ok(references)
+    }
+
+    /// Sails a second, and measures.
+    fn sail(&mut self, t: usize, references: &[(f64, f64)], ages: &mut [f64]) {
+        let (craft, seen, auvs) = (&mut self.craft, &mut self.seen, &self.scene.auvs);
+        for _ in 0..10 {
+            for (craft, reference) in craft.iter_mut().zip(references) {
+                craft.step(*reference);
+            }
+            for (i, one) in craft.iter().enumerate() {
+                for other in &craft[..i] {
+                    seen.least = seen.least.min((one.position - other.position).norm());
+                }
+            }
+        }
+        seen.energy += craft.iter().map(|craft| craft.speed.powi(3)).sum::<f64>();
+        let share = 1.0 / (auvs.len() * self.scene.seconds) as f64;
+        for (age, (_, lanes)) in ages.iter_mut().zip(auvs) {
+            let at = lanes.at((t + 1) as f64).0;
+            let distances = craft.iter().map(|craft| (craft.position - at).norm());
+            let distance = distances.fold(f64::INFINITY, f64::min);
+            *age = if distance <= WITHIN { 0.0 } else { *age + 1.0 };
+            seen.square += distance.powi(2) * share;
+            seen.ages += *age * share;
+            seen.worst = f64::max(seen.worst, *age);
+        }
+    }
+}
+
+fn fly(scene: &Scene, rule: &Rule, separation: f64) -> Result<Outcome, Failure> {
+    let (plans, before, workspace) = (BTreeMap::new(), None, Workspace::default());
+    let seen = Outcome { least: f64::INFINITY, ..Outcome::default() };
+    let craft = scene.craft.clone();
+    let mut flight = Flight { scene, rule, separation, craft, plans, before, workspace, seen };
+    let mut ages = vec![0.0; scene.auvs.len()];
+    for t in 0..scene.seconds {
+        if let Some((k, _)) = scene.dies.filter(|(_, at)| *at == t) {
+            flight.craft.remove(k.min(flight.craft.len() - 1));
+        }
+        let references = flight.steer(t)?;
+        flight.sail(t, &references, &mut ages);
+    }
+    Ok(flight.seen)
+}
+
+fn option(name: &str, otherwise: &str) -> String {
+    let mut arguments = env::args().skip_while(|argument| argument != name).skip(1);
+    arguments.next().unwrap_or_else(|| otherwise.to_owned())
+}
+
+fn range(text: &str) -> Result<(u64, u64), Failure> {
+    let (from, to) = text.split_once('-').unwrap_or((text, text));
+    Ok((from.parse()?, to.parse()?))
+}
+
+fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    #[expect(clippy::cast_possible_truncation, reason = "an index")]
+    let at = (share * (values.len().max(1) - 1) as f64) as usize;
+    values.get(at).copied().unwrap_or(f64::NAN)
+}
+
+fn main() -> Result<(), Failure> {
+    let (from, to) = range(&option("--seeds", "1-10"))?;
+    let ((craft_least, craft_most), (auvs_least, auvs_most)) =
+        (range(&option("--craft", "2"))?, range(&option("--auvs", "4"))?);
+    let (far, minutes): (f64, f64) = (option("--far", "500").parse()?, option("--minutes", "30").parse()?);
+    let separation: f64 = option("--separation", "30").parse()?;
+    let (goal, assign) = (option("--goal", "visit"), option("--assign", "fleet"));
+    for seed in from..=to {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let (n_craft, n) =
+            (rng.random_range(craft_least..=craft_most), rng.random_range(auvs_least..=auvs_most));
+        let auvs = (0..n).map(|i| (VehicleId(format!("auv-{i}")), Lanes::draw(&mut rng, far))).collect();
+        let mut craft: Vec<Craft> = vec![];
+        while (craft.len() as u64) < n_craft {
+            let position = Vector2::new(rng.random_range(-150.0..150.0), rng.random_range(-150.0..150.0));
+            if craft.iter().all(|other| 80.0 < (other.position - position).norm()) {
+                let id = VehicleId(format!("asc-{}", craft.len()));
+                craft.push(Craft { id, position, heading: rng.random_range(-3.1..3.1), speed: 0.0 });
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "minutes of a flight")]
+        let seconds = (60.0 * minutes) as usize;
+        let dies = (rng.random_range(0..craft.len()), rng.random_range(seconds / 5..seconds / 2));
+        let dies = env::args().any(|argument| argument == "--dies").then_some(dies);
+        let all = craft.clone();
+        let mut scene = Scene { auvs, craft, dies, seconds, goal: goal.clone() };
+        for name in assign.split(',') {
+            scene.craft = all.iter().take(if name == "one" { 1 } else { all.len() }).cloned().collect();
+            let rules = match name {
+                "fleet" | "one" => vec![Rule::Planner],
+                "nearest" => vec![Rule::Nearest],
+                "auction" => vec![Rule::Auction],
+                "territories" => vec![Rule::Territories],
+                "split" => {
+                    let (m, n) = (scene.craft.len(), scene.auvs.len());
+                    let digits = |mut code: usize| {
+                        let mut next = || (code % m, code /= m).0;
+                        Rule::Fixed((0..n).map(|_| next()).collect())
+                    };
+                    (0..m.pow(u32::try_from(n)?)).map(digits).collect()
+                }
+                other => return Err(format!("no assignment {other}").into()),
+            };
+            let flights = rules.iter().map(|rule| Ok((fly(&scene, rule, separation)?, rule)));
+            let flights: Vec<_> = flights.collect::<Result<_, Failure>>()?;
+            let score = |seen: &Outcome| match &*scene.goal {
+                "visit" => seen.ages,
+                "worst" => seen.worst,
+                _ => seen.square.sqrt(),
+            };
+            let best = flights.into_iter().min_by(|a, b| score(&a.0).total_cmp(&score(&b.0)));
+            let Some((mut seen, rule)) = best else { continue };
+            let split = if let Rule::Fixed(of) = rule { Some(of) } else { None };
+            let (gap, ms, ms99) =
+                (quantile(&mut seen.gap, 0.5), quantile(&mut seen.ms, 0.5), quantile(&mut seen.ms, 0.99));
+            println!(
+                "{}",
+                json!({ "seed": seed, "assign": name, "craft": n_craft, "auvs": n, "score": score(&seen),
+                    "age_s": seen.ages, "worst_s": seen.worst, "rms_m": seen.square.sqrt(), "least_m": seen.least,
+                    "energy": seen.energy, "changes": seen.changes, "gap": gap, "ms": ms, "ms99": ms99,
+                    "split": split, "reassigned_s": seen.reassigned })
+            );
+        }
+    }
+    Ok(())
+}
