@@ -77,6 +77,10 @@ scoreboard:
     bin=$(.ci/downloads python python-client)/bin && "$bin/pip" --quiet install --no-deps --no-build-isolation ./api/python && \
         "$bin/python" -m pilotfish.analysis report target/scoreboard
 
+# The source paper's figures and what it prints, beside what is flown here, into target/paper (docs/paper.md): half a minute
+paper:
+    python3 examples/paper.py --program "$(.ci/program)" --out target/paper
+
 # The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
 figures-in-docs:
     UPDATE_DOCS=1 cargo test -p pilotfish --test program the_slow_figures
