@@ -71,14 +71,14 @@ async function drawn(scenario, { law, gains }) {
     return recording;
   }));
   const { duration_s, keep_outs, area, no_go = [] } = planner.scene;
-  const craft = points(planner.craft), auvs = Array.from(planner.auvs.values(), points), all = [craft, ...auvs, area].flat();
+  const craft = points(planner.craft), auvs = Array.from(planner.auvs.values(), points), all = [craft, ...auvs, area].flat(), vessels = Array.from(planner.vessels.values(), points);
   const miss = MISS_MAX * Math.max(...[0, 1].map((k) => extent(all.map((point) => point[k]))));
   const [x, y, scale] = fitted(all), path = (...lines) => lines.map((line) => drawnPath(thinned(line, miss).map(([north, east]) => [x(east), y(north)]))).join("");
   const land = no_go.flatMap(({ polygon, holes = [] }) => [polygon, ...holes]).map((ring) => `${path(ring)}z`).join("");
   const both = (key) => [planner, los].map((recording) => Math.round(1000 * scores(recording)[key]) / 1000);
   return {
     duration_s, ...los && { law, gains, rms_m: both("rms_m"), settled_rms_m: both("settled_rms_m") },
-    paths: { ...land && { "no-go": land }, ...area.length && { area: `${path(area)}z` }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
+    paths: { ...land && { "no-go": land }, ...area.length && { area: `${path(area)}z` }, ...vessels.length && { vessel: path(...vessels) }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
     ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };
 }

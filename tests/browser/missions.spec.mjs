@@ -303,6 +303,39 @@ test("a file of polygons is dropped on the map, drawn before it is sent, and bec
   expect(await noGo()).toEqual([]);
 });
 
+test("a no-go area is drawn by taps beside those that the mission has, a corner is moved and one removed, and it is sent", async ({ page, service }) => {
+  const rock = { name: "rock", polygon: [[60, 60], [70, 60], [70, 70]] };
+  const id = await posed(service, { title: "drawn", no_go: [rock] });
+  const noGo = async () => (await service.get(`/v1/missions/${id}`)).setting.no_go;
+  await go(page, service, `#/mission/${id}`);
+  const map = page.locator(".map-place canvas"), said = page.locator(".orders > .said"), areas = page.locator(".order.no-go"), readout = page.locator(".map-readout");
+  await expect(map).toHaveAttribute("aria-label", /auv-2 at/);
+  await areas.locator("summary").click();
+  await expect(areas).toContainText("The mission has 1 no-go areas");
+  await areas.getByRole("button", { name: "Draw" }).click();
+  const tapped = [];
+  for (const [x, y] of [[300, 160], [300, 80], [380, 80], [380, 160], [340, 40]]) {
+    await map.click({ position: { x, y } });
+    tapped.push((await readout.textContent()).replaceAll("−", "-").match(/(-?[\d.]+)\u00a0m N, (-?[\d.]+)\u00a0m E/).slice(1).map(Number));
+  }
+  await expect(areas).toContainText("On the map: 2 areas with 8 corners, not sent yet");
+  // The last corner is taken away, and the third one moved to where that was.
+  await map.click({ position: { x: 340, y: 40 } });
+  const box = await map.boundingBox();
+  await page.mouse.move(box.x + 380, box.y + 80);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 360, box.y + 60);
+  await page.mouse.move(box.x + 340, box.y + 40);
+  await page.mouse.up();
+  expect(await noGo()).toEqual([rock]);
+  await areas.getByRole("button", { name: "Send the areas" }).click();
+  await expect(said).toHaveText("No-go areas: done");
+  const [first, { polygon }] = await noGo();
+  expect(first).toEqual(rock);
+  expect(polygon).toEqual([tapped[0], tapped[1], tapped[4], tapped[3]]);
+  await expect(areas).toContainText("The mission has 2 no-go areas");
+});
+
 test("a live mission is watched as it happens, and its goal is changed", async ({ page, played }) => {
   const watched = await played("ordered");
   await watched.open("");

@@ -12,6 +12,7 @@ import { explanation } from "../../api/page/web/explanation.js";
 import { chartEvents } from "../../api/page/web/journal.js";
 import { OrderDraft, valueAt, withValue } from "../../api/page/web/order_draft.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
+import { pictureAt } from "../../api/page/web/picture.js";
 import { addVessels, trafficState, vesselsOf } from "../../api/page/web/traffic.js";
 import { visitsAt } from "../../api/page/web/visits.js";
 
@@ -55,6 +56,28 @@ test("out of acoustic range is by the slant range to where the AUV was", () => {
   simulated.takeLines(lines);
   // 40 m beside and 40 m below is 56.6 m away.
   expect(simulated.limits.brokenUntil(5).map(({ t, beyond }) => [t, Math.round(10 * beyond)])).toEqual([[1, 66]]);
+});
+
+test("vessels of a simulated mission are drawn from its record and from its events, in each of several runs, and how near they were is scored", () => {
+  const layers = { forecasts: true, goal: true, fixes: true, ghost: true, acoustic: true, bounds: true, paths: true, chart: false, tour: true, traffic: true }, background = { lines: [], marks: [] };
+  const ofRecord = recording({ kind: "simulated" }), ofEvents = recording({ kind: "simulated" });
+  ofRecord.takeLines(["sequence,kind,t_s,vehicle,north_m,east_m,length_m,course_rad,speed_mps", "1,truth,1,asc,0,0,,,", "1,vessel,1,ship,40,30,20,3.1,5", "2,truth,2,asc,0,0,,,", "2,vessel,2,ship,0,35,20,3.1,5", "3,truth,3,asc,0,0,,,", "3,vessel,3,ship,-40,30,20,3.1,5"]);
+  for (const [t, north_m, east_m] of [[1, 40, 30], [2, 0, 35], [3, -40, 30]]) {
+    const asc = { north_m: 0, east_m: 0, depth_m: 0, heading_rad: 0, speed_mps: 1 }, truth = { asc, auvs: {}, goal_north_m: 0, goal_east_m: 0, distance_m: 0, energy_j: 0, vessels: { ship: { north_m, east_m, course_rad: 3.1, speed_mps: 5, length_m: 20 } } };
+    take(ofEvents, { kind: "planned", t_s: t, late_s: 0, solve_time_ns: 0, outcome: "ok", method: "mpc", reference: { speed_mps: 1, heading_rad: 0 }, truth });
+  }
+  for (const simulated of [ofRecord, ofEvents]) {
+    const run = (name) => ({ name, colour: "craft-1", recording: simulated }), drawn = pictureAt([run("one"), run("two")], 2.5, layers, background);
+    const [ship, ...others] = drawn.vehicles.filter(({ kind }) => kind === "vessel");
+    expect([others, ship.north, ship.east, ship.heading, ship.name]).toEqual([[], 0, 35, 3.1, "ship"]);
+    expect(drawn.tracks.find(({ name }) => name === "ship")).toMatchObject({ to: 2 });
+    // 35 m off, less half of 20 m.
+    expect(scores(simulated).vessel_least_m).toBe(25);
+    // Where the planner believes it to be is drawn instead.
+    const asc = [[0, 0], [1, 0]], goal = asc, line_of_sight = asc, vessels = [{ id: "ship", position: [3, 34], velocity: [-5, 0], age_s: 1, separation_m: 45 }];
+    simulated.keepPrediction(2, { asc, goal, line_of_sight, after_s: [0, 1], auvs: [], vessels });
+    expect(pictureAt([run("one")], 2, layers, background).vehicles.filter(({ kind }) => kind === "vessel").map(({ north }) => north)).toEqual(simulated.plans.length ? [3] : [0]);
+  }
 });
 
 test("fixes of a simulated mission are where and when they were sent, and those that were refused are known", () => {

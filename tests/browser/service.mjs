@@ -77,8 +77,8 @@ export async function hastened(name) {
 }
 
 /** A live mission that is not run: what was reported is all that it has, and no time passes in it. */
-export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed", origin } = {}) {
-  const live = { auvs: ids.map((id) => ({ id })), goal: { kind: "track", auv: ids[0] }, keep_outs: KEEP_OUTS, origin };
+export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed", origin, no_go } = {}) {
+  const live = { auvs: ids.map((id) => ({ id })), goal: { kind: "track", auv: ids[0] }, keep_outs: KEEP_OUTS, origin, no_go };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live }), t_s = created_s - 1;
   const auvs = Object.fromEntries(ids.map((name, i) => [name, [{ t_s, north_m: 0, east_m: 25 * i, depth_m: 8, sigma_m: 1 }]]));
   await service.post(`/v1/missions/${id}/reports`, { auvs, asc: [{ t_s, state: CRAFT }] });
@@ -91,7 +91,7 @@ export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed"
  * `say`, and what `traffic` is after so many seconds, at the moment that is passed to it.
  */
 export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false, traffic = () => [] } = {}) {
-  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
+  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin, no_go };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
   const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);

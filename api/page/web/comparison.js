@@ -14,12 +14,13 @@ import { MissionView } from "./mission.js";
 /** Colours of the runs, in order. */
 const RUN_COLOURS = ["craft-1", "craft-2", "craft-3", "craft-4", "craft-5", "craft-6"];
 
-/** Every metric: less is better in each. @type {[string, keyof Scores, (value: number) => string][]} */
+/** Every metric: less is better in each, but for those with −1. @type {[string, keyof Scores, (value: number) => string, number?][]} */
 const METRICS = [
   ["distance to the goal, RMS, whole mission", "rms_m", (value) => number(value, 2, "m")],
   ["distance to the goal, RMS, once settled", "settled_rms_m", (value) => number(value, 3, "m")],
   ["largest distance to the goal", "worst_m", (value) => number(value, 1, "m")],
   ["propulsion energy", "energy_j", (value) => number(value, 0, "J")],
+  ["least distance from another vessel's side: more is better", "vessel_least_m", (value) => number(value, 0, "m"), -1],
   ["heading travel", "heading_travel_rad", (value) => number(degrees(value), 0, "°")],
 ];
 
@@ -129,9 +130,9 @@ function save(blob, name) {
 /** @param {Run[]} runs @param {boolean} over whether all were flown to their end @param {number} until before, they are compared up to the moment that all have reached */
 function scoresTable(runs, over, until) {
   const results = runs.map(({ recording }) => scores(recording, -Infinity, until));
-  const rows = METRICS.map(([name, key, words]) => {
-    const values = results.map((result) => result[key]), known = values.filter(Number.isFinite), least = Math.min(...known);
-    const level = values.map((value) => over && Number.isFinite(value) && value <= least * (1 + LEVEL));
+  const rows = METRICS.filter(([, key]) => key !== "vessel_least_m" || runs[0].recording.vessels.size).map(([name, key, words, sign = 1]) => {
+    const values = results.map((result) => result[key]), known = values.filter(Number.isFinite), least = Math.min(...known.map((value) => sign * value));
+    const level = values.map((value) => over && Number.isFinite(value) && sign * value <= least + LEVEL * Math.abs(least));
     const nWinners = level.filter(Boolean).length, decided = known.length > 1 && nWinners < known.length;
     const winner = !decided ? "level" : runs.filter((_, i) => level[i]).map((run) => run.name).join(", ");
     return el("tr", {}, el("th", { scope: "row" }, name, key === "settled_rms_m" && ` (from ${moment(results[0].settled_from_s, false)})`), values.map((value, i) => el("td", { class: decided && level[i] ? "better" : "" }, words(value))), el("td", { class: "winner" }, over && known.length ? winner : "–"));

@@ -39,7 +39,8 @@ export function pictureBounds(picture, all = true) {
     bounds.eastern = Math.max(bounds.eastern, east + around);
   };
   // Thinning a long track moves its bounds by a pixel or so.
-  for (const { track, from, to } of picture.tracks) {
+  for (const { track, from, to, aside } of picture.tracks) {
+    if (aside) continue;
     const step = Math.max(1, Math.floor((to - from) / 2_000));
     for (let i = from; i < to; i += step) take(track.north[i], track.east[i]);
     if (to > from) take(track.north[to - 1], track.east[to - 1]);

@@ -1,4 +1,4 @@
-// Orders from files: no-go areas from the polygons of a GeoJSON file, or a route from any other.
+// No-go areas: drawn and changed on the map, or from the polygons of a GeoJSON file; any other file is a route.
 
 import { el, fill } from "./dom.js";
 import { tangentPlane } from "./background.js";
@@ -6,9 +6,13 @@ import { noGoLines } from "./limits.js";
 import { RouteDraft } from "./route_form.js";
 
 /**
- * @typedef {{ polygon: Corner[], holes: Corner[][], name?: string }} Area
- * @typedef {{ lat_deg: number, lon_deg: number }} Corner
+ * @typedef {{ polygon: Corner[], holes?: Corner[][], name?: string }} Area
+ * @typedef {{ lat_deg: number, lon_deg: number } | [number, number]} Corner
+ * @typedef {import("./types.js").Place} Place
  */
+
+/** Most corners that are marked on the map. */
+const MARKED_MAX = 300;
 
 /** Most bytes of a name that a mission takes, less than so many letters. */
 const NAME_MAX = 16;
@@ -21,17 +25,25 @@ export class FileOrders {
     this.route.changed = this.redraw = redraw;
     this.give = give;
     this.areas = /** @type {Area[]} */ ([]);
-    /** Number of areas that the mission has. */
-    this.now = 0;
+    /** Areas that the mission has. @type {Area[]} */
+    this.own = [];
+    /** Whether taps on the map draw, the area that they draw, and the corner that is pressed. */
+    this.drawing = false;
+    this.drawn = /** @type {Area | undefined} */ (undefined);
+    this.held = /** @type {{ ring: Corner[], i: number } | undefined} */ (undefined);
     this.disabled = false;
+    /** Where a corner is on the map. @type {(corner: Corner) => [number, number]} */
+    this.placeOf = () => [NaN, NaN];
     this.about = el("p", { class: "said", role: "status" });
     const button = (/** @type {string} */ text, /** @type {() => void} */ onclick) => el("button", { type: "button", onclick }, text);
     const change = (/** @type {Area[]} */ no_go) => give("No-go areas", () => patch({ no_go }).then((/** @type {unknown} */ answer) => (this.take([]), answer)));
     this.file = el("input", { type: "file", accept: ".geojson,.json,application/geo+json", "aria-label": "File of no-go areas", onchange: () => this.file.files?.[0] && this.takeFile(this.file.files[0]) });
+    this.pen = button("Draw", () => this.draw(!this.drawing));
     this.send = button("Send the areas", () => change(this.areas));
     this.remove = button("Remove all no-go areas", () => confirm("Remove all no-go areas of this mission?") && change([]));
-    this.details = el("details", { class: "order no-go", name: "order" }, el("summary", {}, "No-go areas"), el("p", {}, "Drop a GeoJSON file of polygons on the map, or choose one. It replaces the areas that the mission has."),
-      this.file, el("div", { class: "row" }, this.send, this.remove), this.about);
+    this.details = el("details", { class: "order no-go", name: "order", ontoggle: () => this.details.open || this.draw(false) }, el("summary", {}, "No-go areas"),
+      el("p", {}, this.pen, " Tap the corners of an area on the map, in order. Drag a corner to move it, tap it to remove it."),
+      el("p", {}, "Or drop a GeoJSON file of polygons on the map, or choose one. It replaces the areas that the mission has."), this.file, el("div", { class: "row" }, this.send, this.remove), this.about);
     this.element = el("div", {}, this.details, this.route.element);
     this.take([]);
   }
@@ -52,29 +64,92 @@ export class FileOrders {
   /** @param {Area[]} areas @param {string} [file] */
   take(areas, file) {
     this.areas = areas;
-    const corners = areas.reduce((sum, { polygon, holes }) => sum + [polygon, ...holes].flat().length, 0);
-    fill(this.about, file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.now || "no"} no-go areas`);
+    const corners = areas.reduce((sum, { polygon, holes = [] }) => sum + [polygon, ...holes].flat().length, 0);
+    if (!areas.length) this.draw(false);
+    fill(this.about, file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go areas`);
     this.send.disabled = this.disabled || !areas.length;
     this.redraw();
   }
 
-  /** The areas to send and the route on the map. @param {Corner | null | undefined} origin @returns {import("./types.js").Line[]} */
-  lines(origin) {
-    const plane = origin && tangentPlane(origin);
-    return [...plane ? noGoLines(this.areas, ({ lon_deg, lat_deg }) => plane(lon_deg, lat_deg)) : [], ...this.route.lines(origin)];
+  /** Begins an area on the map, beside those that the mission has, or ends that. @param {boolean} on */
+  draw(on) {
+    [this.drawing, this.drawn] = [on, undefined];
+    this.pen.setAttribute("aria-pressed", String(on));
+    if (on && !this.areas.length) this.areas = structuredClone(this.own);
+    this.redraw();
+  }
+
+  /** Each ring, and where its corners are, m. @returns {{ ring: Corner[], i: number, north: number, east: number }[]} */
+  corners() {
+    const rings = this.areas.flatMap(({ polygon, holes = [] }) => [polygon, ...holes]);
+    return rings.flatMap((ring) => ring.map((corner, i) => ({ ring, i, north: this.placeOf(corner)[0], east: this.placeOf(corner)[1] })));
+  }
+
+  /** Whether taps on the map are for areas, or for the route. */
+  draws() {
+    return this.drawing || this.route.picks;
+  }
+
+  aims() {
+    return this.draws();
+  }
+
+  /** @param {Place} at @param {number} near */
+  press(at, near) {
+    if (!this.drawing) return false;
+    const off = (/** @type {Place} */ { north, east }) => Math.hypot(north - at.north, east - at.east);
+    [this.held] = this.corners().filter((corner) => off(corner) < near).sort((a, b) => off(a) - off(b));
+    return this.held !== undefined;
+  }
+
+  /** @param {Place} at */
+  move(at) {
+    if (!this.held) return;
+    this.held.ring[this.held.i] = cornerAt(at);
+    this.take(this.areas, "On the map");
+  }
+
+  release() {
+    this.held = undefined;
+  }
+
+  /** @param {Place} at */
+  tap(at) {
+    if (!this.drawing) return this.route.place(at.north, at.east);
+    if (this.held) {
+      this.held.ring.splice(this.held.i, 1);
+      for (const area of this.areas) area.holes = area.holes?.filter((hole) => hole.length);
+      return this.take(this.areas.filter(({ polygon }) => polygon.length), "On the map");
+    }
+    if (!this.drawn?.polygon.length) this.areas.push(this.drawn = { polygon: [], holes: [] });
+    this.drawn.polygon.push(cornerAt(at));
+    this.take(this.areas, "On the map");
+  }
+
+  /** What is drawn, with the areas to send and the route. @param {import("./types.js").Overlay} drawn @param {import("./background.js").Origin | null | undefined} origin @returns {import("./types.js").Overlay} */
+  over(drawn, origin) {
+    const plane = origin && tangentPlane(origin), corners = this.drawing ? this.corners() : [];
+    this.placeOf = (corner) => (Array.isArray(corner) ? corner : plane ? plane(corner.lon_deg, corner.lat_deg) : [NaN, NaN]);
+    const marks = corners.length <= MARKED_MAX ? corners.map(({ north, east }) => ({ north, east, kind: /** @type {const} */ ("handle"), colour: "button" })) : [];
+    return { ...drawn, lines: [...drawn.lines, ...noGoLines(this.areas, this.placeOf), ...this.route.lines(origin)], marks: [...drawn.marks, ...marks] };
   }
 
   /** @param {import("./types.js").MissionJson} mission @param {boolean} disabled */
   became({ setting, scene }, disabled) {
     this.route.became(scene?.auvs ?? [], disabled);
-    this.disabled = this.file.disabled = disabled;
-    const { length = 0 } = setting?.no_go ?? scene?.no_go ?? [];
-    this.remove.disabled = disabled || !length;
+    this.disabled = this.file.disabled = this.pen.disabled = disabled;
+    if (disabled && this.drawing) this.draw(false);
+    const own = setting?.no_go ?? scene?.no_go ?? [], isOther = this.own.length !== own.length;
+    this.remove.disabled = disabled || !own.length;
     this.send.disabled = disabled || !this.areas.length;
-    if (this.now === length) return;
-    this.now = length;
-    if (!this.areas.length) this.take([]);
+    this.own = own;
+    if (isOther && !this.areas.length) this.take([]);
   }
+}
+
+/** @param {Place} at @returns {Corner} */
+function cornerAt({ north, east }) {
+  return [Number(north.toFixed(1)), Number(east.toFixed(1))];
 }
 
 /** The polygons of GeoJSON that has nothing else; null if it has. @param {any} node @param {string} [name] @returns {Area[] | null} */

@@ -96,14 +96,15 @@ function byHand(give, patch, { done, redraw, path, said }) {
     }
   };
   load();
+  const drawer = () => (files?.draws() ? files : form);
   /** @type {import("./types.js").Tool} */
   const tool = {
     overlay: (picture, frame) => {
       const drawn = form?.overlay(picture, frame) ?? { lines: [], discs: [], marks: [] };
-      return { ...drawn, lines: [...drawn.lines, ...files?.lines(picture.origin) ?? []] };
+      return files?.over(drawn, picture.origin) ?? drawn;
     },
-    press: (at, near) => form?.press(at, near) ?? false, move: (at) => form?.move(at), release: () => form?.release(), aims: () => Boolean(files?.route.picks || form?.aims()), draws: () => Boolean(files?.route.picks || form?.draws()),
-    tap: (at, near) => { if (files?.route.picks) files.route.place(at.north, at.east); else form?.tap(at, near); }, takeFile: (file) => files?.takeFile(file),
+    press: (at, near) => drawer()?.press(at, near) ?? false, move: (at) => drawer()?.move(at), release: () => drawer()?.release(), aims: () => Boolean(drawer()?.aims()), draws: () => Boolean(drawer()?.draws()),
+    tap: (at, near) => drawer()?.tap(at, near), takeFile: (file) => files?.takeFile(file),
   };
   return { element: el("div", { class: "by-hand" }, place), became, tool };
 }

@@ -53,6 +53,7 @@ export function pictureAt(runs, t, layers, background) {
   for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, runs.length > 1 ? colour : "hull", "solid", name || "surface craft");
   const believed = runs.length === 1 ? first.predictionAt(t) : null;
   if (believed) beliefs(picture, runs[0], believed, layers);
+  if (layers.traffic) trueVessels(picture, first, t, believed?.prediction.vessels);
   if (believed && layers.traffic) addVessels(picture, vesselsOf(believed.prediction), believed.prediction.after_s.at(-1) ?? 0);
   if (believed && layers.tour) addTour(picture, believed.prediction.asc[0], t, visits);
   if (layers.fixes) rawFixes(picture, first, t);
@@ -77,13 +78,13 @@ function bounds(picture, recording, t, layers) {
 
 /**
  * @param {Picture} picture @param {Series} series @param {number} t @param {string} colour
- * @param {"solid" | "dashed" | "dotted" | "wide"} style @param {string} name @param {boolean} [byDepth]
+ * @param {"solid" | "dashed" | "dotted" | "wide"} style @param {string} name @param {boolean} [byDepth] @param {boolean} [aside]
  */
-function addTrack(picture, series, t, colour, style, name, byDepth = false) {
+function addTrack(picture, series, t, colour, style, name, byDepth = false, aside = false) {
   const to = series.indexAt(t) + 1;
   if (to < 1) return;
   const track = { t: series.column("t"), north: series.column("north"), east: series.column("east"), depth: byDepth ? series.column("depth") : undefined, length: series.length };
-  picture.tracks.push({ track, from: 0, to, colour, style, byDepth, name });
+  picture.tracks.push({ track, from: 0, to, colour, style, byDepth, name, aside });
 }
 
 /** @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./types.js").Prediction }} believed @param {Layers} layers */
@@ -149,6 +150,20 @@ function rawFixes(picture, recording, t) {
         title: `${id}: fix of ${number(t - times[i], 0, "s")} ago${isRefused ? ", refused" : ""}`,
       });
     }
+  }
+}
+
+/**
+ * Where other vessels of a simulated mission went; where they are, unless the planner's belief of that is drawn.
+ * @param {Picture} picture @param {Recording} recording @param {number} t @param {{ id: string }[]} [believed]
+ */
+function trueVessels(picture, recording, t, believed = []) {
+  for (const [id, series] of recording.vessels) {
+    const i = series.indexAt(t);
+    if (i < 0) continue;
+    const colour = "soft", [north, east, heading, speed] = ["north", "east", "course", "speed"].map((column) => series.column(column)[i]);
+    addTrack(picture, series, t, colour, "dotted", id, false, true);
+    if (!believed.some((vessel) => vessel.id === id)) picture.vehicles.push({ kind: speed ? "vessel" : "still", north, east, heading, colour, name: id, aside: true });
   }
 }
 

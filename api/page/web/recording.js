@@ -24,7 +24,7 @@ const FIX_AGE_MIN_S = 0.5;
 const GOAL = ["t", "north", "east", "distance", "along", "cross", "energy"];
 const CRAFT = ["t", "north", "east", "heading", "speed", "sway"];
 const AUV = ["t", "north", "east", "depth", "heading"], ESTIMATE = ["t", "north", "east", "depth"];
-const FIX = ["t", "north", "east", "depth", "sigma"];
+const FIX = ["t", "north", "east", "depth", "sigma"], VESSEL = ["t", "north", "east", "course", "speed", "length"];
 const PLANS = ["t", "sequence", "speed", "heading", "method", "degraded", "solve_ms", "late_s", "rms"];
 
 /** A mission's past and present. */
@@ -39,6 +39,8 @@ export class Recording {
     this.auvs = new Map();
     /** @type {Map<string, Series>} */
     this.fixes = new Map();
+    /** Where other vessels truly were, in a simulated mission. @type {Map<string, Series>} */
+    this.vessels = new Map();
     /** Where an AUV of a live mission was believed to be. @type {Map<string, Series>} */
     this.estimates = new Map();
     /** Times of the fixes that an estimate did not rest on. @type {Map<string, Series>} */
@@ -124,7 +126,14 @@ export class Recording {
         method: word("method"), outcome: word("outcome"), reason: word("reason"), solve_ms: value("solve_ms"), late_s: value("late_s"), rms_m: value("predicted_rms_m"),
       });
       if (this.live) this.takeGoal(t, value("goal_north_m"), value("goal_east_m"), value("goal_distance_m"), NaN);
-    } else if (kind !== "range" && kind !== "vessel") this.journal.happened(t, kind, word("reason"));
+    } else if (kind === "vessel") {
+      if (!this.live) this.takeVessel(word("vehicle"), t, value);
+    } else if (kind !== "range") this.journal.happened(t, kind, word("reason"));
+  }
+
+  /** @param {string} id @param {number} t @param {(name: string) => number} value */
+  takeVessel(id, t, value) {
+    this.series(id, this.vessels, VESSEL).push(t, ...["north_m", "east_m", "course_rad", "speed_mps", "length_m"].map(value));
   }
 
   /**
@@ -240,6 +249,7 @@ export class Recording {
       for (const [id, auv] of Object.entries(truth.auvs)) {
         this.series(id, this.auvs, AUV).push(t_s, auv.north_m, auv.east_m, auv.depth_m, auv.heading_rad);
       }
+      for (const [id, vessel] of Object.entries(truth.vessels ?? {})) this.takeVessel(id, t_s, (name) => vessel[name]);
       this.takeGoal(t_s, truth.goal_north_m, truth.goal_east_m, truth.distance_m, truth.energy_j);
     }
     if (prediction) {

@@ -31,8 +31,20 @@ export function scores(recording, from = -Infinity, to = Infinity) {
     rms_m: Math.sqrt(sums.square / sums.n), settled_rms_m: Math.sqrt(sums.settledSquare / sums.settledN), settled_from_s: settledFrom,
     approach_share: 1 - sums.settledSquare / sums.square,
     worst_m: sums.worst, worst_at_s: sums.worstAt,
-    energy_j: energyAt(to) - (begin > goal.first ? energyAt(begin) : 0), heading_travel_rad: headingTravel(craft, from, to),
+    vessel_least_m: leastDistance(recording, from, to), energy_j: energyAt(to) - (begin > goal.first ? energyAt(begin) : 0), heading_travel_rad: headingTravel(craft, from, to),
   };
+}
+
+/** Least distance of the craft from the side of another vessel; NaN without any. @param {import("./recording.js").Recording} recording @param {number} from @param {number} to */
+function leastDistance({ craft, vessels }, from, to) {
+  let least = NaN;
+  for (const { columns: { t, north, east, length }, length: n } of vessels.values()) {
+    for (let i = 0; i < n; i += 1) {
+      const side = Math.hypot(north[i] - craft.at("north", t[i]), east[i] - craft.at("east", t[i])) - length[i] / 2;
+      if (from <= t[i] && t[i] <= to && !(least <= side)) least = side;
+    }
+  }
+  return least;
 }
 
 /** @param {import("./series.js").Series} craft @param {number} from @param {number} to */

@@ -29,5 +29,5 @@ function tracksOf(paths) {
 export function thumbnailKey() {
   const sample = (/** @type {string} */ kind, /** @type {string} */ name) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name);
   return el("ul", { class: "legend thumb-key", "aria-label": "Key of the pictures" }, sample("plan", "planner"), sample("los", "strongest line of sight, tuned"),
-    Array.from({ length: AUVS_IN_KEY }, (_, i) => el("li", {}, swatch(auvColour(i)), `AUV ${i + 1}`)), sample("keep-out", "keep out"));
+    Array.from({ length: AUVS_IN_KEY }, (_, i) => el("li", {}, swatch(auvColour(i)), `AUV ${i + 1}`)), sample("keep-out", "keep out"), sample("vessel", "other vessel"));
 }

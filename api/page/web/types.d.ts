@@ -53,7 +53,7 @@ export type Track = { t: ArrayLike<number>, north: ArrayLike<number>, east: Arra
 
 export type Stroke = "solid" | "dashed" | "dotted" | "wide" | "thin";
 
-export type TrackLayer = { track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string };
+export type TrackLayer = { track: Track, from: number, to: number, colour: string, style: Stroke, byDepth?: boolean, name: string, aside?: boolean };
 
 /** What is `aside` is not what the map is fitted to. */
 export type Vehicle = { kind: "craft" | "auv" | "vessel" | "still", north: number, east: number, heading: number, colour: string, name?: string, note?: string, stale?: boolean, aside?: boolean };
