@@ -16,7 +16,7 @@ const WORK_MAX: usize = 400;
 
 /// Share of its cost by which another assignment must be better than the previous one: long after a
 /// change, and right after it. The difference decays over this time, s.
-const KEEP_MARGIN: f64 = 0.1;
+const KEEP_MARGIN: f64 = 0.2;
 const KEEP_MARGIN_AT_FIRST: f64 = 0.5;
 const SETTLES_IN: f64 = 120.0;
 
