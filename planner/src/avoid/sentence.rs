@@ -11,6 +11,9 @@ use crate::snapshot::build::Snapshot;
 /// Least turn that is told, rad.
 const TOLD: f64 = 0.1;
 
+/// Share of the craft's speed below which its speed is told.
+const SLOW: f64 = 0.9;
+
 /// Names the first vessel for which the craft acts, or else the first one, what the craft does, and
 /// where that leaves the vessel.
 pub(crate) fn sentence(
@@ -44,17 +47,25 @@ pub(crate) fn sentence(
         Some(EncounterKind::KeepClear) | None => format!("keeping clear of {name}"),
     };
     let turn = trial.and_then(|trial| trial.heading).filter(|turn| TOLD < turn.abs());
+    let pace = |speed: f64| {
+        if speed < SLOW * scene.craft.limits.speed_max {
+            format!(" at {speed:.1} m/s")
+        } else {
+            String::new()
+        }
+    };
+    let pace = trial.map(|trial| pace(trial.speed)).unwrap_or_default();
     let action = match (turn, trial) {
         (Some(turn), _) => {
             let side = if turn < 0.0 { "port" } else { "starboard" };
-            format!(": turns {:.0}° to {side}", turn.abs().to_degrees())
+            format!(": turns {:.0}° to {side}{pace}", turn.abs().to_degrees())
         }
         (None, Some(trial)) if trial.heading.is_none() => {
             format!(": slows down to {:.1} m/s", trial.speed)
         }
         (None, Some(trial)) => {
             let heading = snapshot.asc.heading().radians() + trial.heading.unwrap_or(0.0);
-            format!(": holds {:03.0}°", Heading::new(heading).compass_degrees().round() % 360.0)
+            format!(": holds {:03.0}°{pace}", Heading::new(heading).compass_degrees().round() % 360.0)
         }
         (None, None) => String::new(),
     };

@@ -194,3 +194,22 @@ fn a_vessel_with_a_plan_is_foreseen_along_it_and_gives_no_way() {
     assert_eq!(met(beside.clone()).encounters, []);
     assert!(met(Vessel { plan: towards, ..beside }).manoeuvre.is_some());
 }
+
+#[test]
+fn a_sentence_tells_the_speed_of_a_slow_manoeuvre_only() {
+    let mut seen = vec![];
+    for k in 0..40 {
+        let k = f64::from(k);
+        let crosses = vessel("a", [20.0 + 4.0 * k, 120.0 + 9.0 * k], -PI / 2.0, 2.0 + 0.1 * k);
+        let Some(avoidance) = answer(request(vec![crosses])).avoidance else { continue };
+        seen.extend(avoidance.manoeuvre.map(|manoeuvre| (manoeuvre.speed_mps, avoidance.sentence)));
+    }
+    let most = seen.iter().map(|(speed, _)| *speed).fold(0.0, f64::max);
+    // Manoeuvres are sailed at full speed, half of it, or none.
+    let (slow, fast): (Vec<_>, Vec<_>) = seen.into_iter().partition(|(speed, _)| *speed < 0.75 * most);
+    assert!(!slow.is_empty() && !fast.is_empty(), "{} {}", slow.len(), fast.len());
+    assert!(fast.iter().all(|(_, sentence)| !sentence.contains("m/s")), "{fast:?}");
+    for (speed, sentence) in slow {
+        assert!(sentence.contains(&format!(" {speed:.1} m/s")), "{sentence}");
+    }
+}
