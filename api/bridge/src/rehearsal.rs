@@ -29,8 +29,8 @@ pub struct Vehicle {
     pub t_s: f64,
     /// (north, east) of the rehearsal's origin, m.
     pub position: Vector2<f64>,
-    /// Over ground (north, east), m/s.
-    pub velocity: Vector2<f64>,
+    /// Over ground (north, east), m/s, if it is known.
+    pub velocity: Option<Vector2<f64>>,
     /// rad.
     pub heading: f64,
     /// rad/s.
@@ -100,11 +100,14 @@ impl Rehearsal {
         let at = |vehicle| Placed::at(vehicle, &self.datum, unix_s - t_s);
         let (craft, auvs): (_, Vec<_>) = (at(craft), auvs.iter().map(at).collect());
         while let Ok(piece) = self.received.try_recv() {
-            let bytes = match &mut self.stack {
-                Stack::Moos(vehicles) => vehicles.take(&piece.bytes, unix_s),
+            match &mut self.stack {
+                Stack::Moos(vehicles) => {
+                    if let Some(greeting) = vehicles.take(&piece.bytes, unix_s) {
+                        (self.send)(&greeting);
+                    }
+                }
                 Stack::Imc(vehicles) => vehicles.take(&piece, t_s),
-            };
-            (self.send)(&bytes);
+            }
         }
         let (packets, reference) = match &mut self.stack {
             Stack::Moos(vehicles) => (vec![MoosVehicles::say(&craft, &auvs)], vehicles.reference(unix_s)),
