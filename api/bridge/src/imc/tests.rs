@@ -15,7 +15,7 @@ use super::*;
 use crate::mavlink::AutopilotEvent;
 use crate::recent_positions::moved;
 use crate::reference::Reference as Asked;
-use crate::rehearsal::{Placed, Vehicle};
+use crate::rehearsal::vehicle::{Placed, Vehicle};
 use crate::wire::Received;
 use crate::{AuvFix, CraftMeasurement, Measurement, Origin, on_earth};
 

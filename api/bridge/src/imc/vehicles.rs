@@ -10,7 +10,7 @@ use super::mode::{FOLLOW_REFERENCE, MANEUVER, SERVICE};
 use super::reader::Z_DEPTH;
 use crate::recent_positions::moved;
 use crate::reference::Reference;
-use crate::rehearsal::Placed;
+use crate::rehearsal::vehicle::Placed;
 use crate::wire::{Endpoint, Received};
 use crate::{Origin, on_earth};
 

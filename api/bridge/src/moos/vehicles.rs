@@ -2,7 +2,7 @@
 
 use super::packet::{Message, NOTIFY, PacketReader, connection, packet};
 use crate::reference::Reference;
-use crate::rehearsal::{Placed, REFERENCE_AGE_MAX_S};
+use crate::rehearsal::vehicle::{Placed, REFERENCE_AGE_MAX_S};
 
 const NAME: &str = "pPilotfishSimulator";
 const DESIRED: [&str; 2] = ["DESIRED_HEADING", "DESIRED_SPEED"];

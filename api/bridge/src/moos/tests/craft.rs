@@ -8,7 +8,7 @@ use crate::moos::packet::greeting;
 use crate::moos::{MoosVehicles, NoDatum, datum_of};
 use crate::recent_positions::moved;
 use crate::reference::Reference;
-use crate::rehearsal::{Placed, Vehicle};
+use crate::rehearsal::vehicle::{Placed, Vehicle};
 use crate::{AuvFix, CraftMeasurement, VesselMessage};
 
 /// The measurements of the craft among `events`.
