@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use ::geodesy::Datum;
 use clock::Clock;
-use nalgebra::Vector2;
 use tokio::sync::mpsc::{Receiver, channel};
 
 use crate::Origin;
@@ -15,45 +14,13 @@ use crate::moos::MoosVehicles;
 use crate::reference::Reference;
 use crate::wire::{Endpoint, Input, Output, Received, open};
 
+pub(crate) mod vehicle;
+
+use self::vehicle::Placed;
+pub use self::vehicle::Vehicle;
+
 /// Pieces that may wait for the next second.
 const PIECES_MAX: usize = 4096;
-/// Age of a reference from which on the craft stops, s: ArduPilot's.
-pub(crate) const REFERENCE_AGE_MAX_S: f64 = 3.0;
-
-/// What is known of a vehicle.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Vehicle {
-    /// Its name.
-    pub name: String,
-    /// Time of the rehearsal at which this held, s.
-    pub t_s: f64,
-    /// (north, east) of the rehearsal's origin, m.
-    pub position: Vector2<f64>,
-    /// Over ground (north, east), m/s.
-    pub velocity: Vector2<f64>,
-    /// rad.
-    pub heading: f64,
-    /// rad/s.
-    pub yaw_rate: f64,
-    /// m, positive down.
-    pub depth_m: f64,
-}
-
-/// A vehicle on Earth.
-pub(crate) struct Placed<'a> {
-    pub(crate) vehicle: &'a Vehicle,
-    pub(crate) place: Origin,
-    /// Unix time at which this held, s.
-    pub(crate) unix_s: f64,
-}
-
-impl<'a> Placed<'a> {
-    /// A vehicle of a rehearsal that began at `begin_s` of Unix time.
-    fn at(vehicle: &'a Vehicle, datum: &Datum, begin_s: f64) -> Self {
-        let place = datum.from_local(&vehicle.position).into();
-        Self { vehicle, place, unix_s: begin_s + vehicle.t_s }
-    }
-}
 
 enum Stack {
     Moos(MoosVehicles),
@@ -100,11 +67,14 @@ impl Rehearsal {
         let at = |vehicle| Placed::at(vehicle, &self.datum, unix_s - t_s);
         let (craft, auvs): (_, Vec<_>) = (at(craft), auvs.iter().map(at).collect());
         while let Ok(piece) = self.received.try_recv() {
-            let bytes = match &mut self.stack {
-                Stack::Moos(vehicles) => vehicles.take(&piece.bytes, unix_s),
+            match &mut self.stack {
+                Stack::Moos(vehicles) => {
+                    if let Some(greeting) = vehicles.take(&piece.bytes, unix_s) {
+                        (self.send)(&greeting);
+                    }
+                }
                 Stack::Imc(vehicles) => vehicles.take(&piece, t_s),
-            };
-            (self.send)(&bytes);
+            }
         }
         let (packets, reference) = match &mut self.stack {
             Stack::Moos(vehicles) => (vec![MoosVehicles::say(&craft, &auvs)], vehicles.reference(unix_s)),

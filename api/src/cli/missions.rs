@@ -1,6 +1,7 @@
 //! `pilotfish simulate` and `compare`: whole missions on the command line.
 
 mod compare;
+mod rehearse;
 mod run;
 mod simulate;
 mod snapshots;

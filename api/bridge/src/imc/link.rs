@@ -20,8 +20,9 @@ pub(super) const ALL: u16 = 0xFFFF;
 pub(super) const ALL_ENTITIES: u8 = 0xFF;
 /// `SystemType` of a station that commands.
 const CCU: u8 = 0;
-/// Time without references after which FollowReference ends, s, so that the craft stops within 3 s.
-const TIMEOUT_S: f32 = 2.5;
+/// Time without references after which FollowReference ends, s. DUNE looks at it with each of its
+/// states, which a receiver at 1 Hz gives once a second: the craft stops within 3 s.
+const TIMEOUT_S: f32 = 2.0;
 /// Least time between two references, s: DUNE begins a new path, and logs it, at each.
 const INTERVAL_S: f64 = 0.45;
 /// Time to the place ahead, s, and its least distance, m. DUNE stops within 15 m of a place.

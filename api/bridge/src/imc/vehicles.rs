@@ -3,13 +3,14 @@
 
 use super::codec::{
     Announce, ByteOrder, EstimatedState, FollowReference, Header, Heartbeat, Message, PacketReader,
-    PlanControl, PlanControlState, Reference as PlaceAndSpeed, VehicleState, packet,
+    PlanControl, PlanControlState, Reference as PlaceAndSpeed, UsblFixExtended, VehicleState, packet,
 };
 use super::link::{ALL, ALL_ENTITIES, DONE, LOAD, REQUEST, START};
 use super::mode::{FOLLOW_REFERENCE, MANEUVER, SERVICE};
+use super::reader::Z_DEPTH;
 use crate::recent_positions::moved;
 use crate::reference::Reference;
-use crate::rehearsal::Placed;
+use crate::rehearsal::vehicle::Placed;
 use crate::wire::{Endpoint, Received};
 use crate::{Origin, on_earth};
 
@@ -54,7 +55,7 @@ impl ImcVehicles {
     }
 
     /// Takes a piece of the wire at `t_s`.
-    pub(crate) fn take(&mut self, piece: &Received, t_s: f64) -> Vec<u8> {
+    pub(crate) fn take(&mut self, piece: &Received, t_s: f64) {
         for packet in self.packets.push(&piece.bytes, piece.is_datagram) {
             match packet.message {
                 Some(Message::PlanControl(plan)) if plan.kind == REQUEST => self.order(plan, t_s),
@@ -72,7 +73,6 @@ impl ImcVehicles {
                 _ => {}
             }
         }
-        vec![]
     }
 
     fn order(&mut self, plan: PlanControl, t_s: f64) {
@@ -111,7 +111,9 @@ impl ImcVehicles {
             said.push((number, self.announce(auv, UUV)));
             if self.said_s[index] < auv.vehicle.t_s {
                 self.said_s[index] = auv.vehicle.t_s;
-                said.push((number, state_of(auv)));
+                // A modem of the craft hears those that do not say how they move.
+                let by = if auv.vehicle.velocity.is_some() { number } else { CRAFT };
+                said.push((by, state_of(auv)));
             }
         }
         let bytes = |(source, message): &(u16, Message)| {
@@ -152,14 +154,19 @@ fn towards(reference: &PlaceAndSpeed, here: &Origin) -> Option<Reference> {
 
 #[expect(clippy::cast_possible_truncation, reason = "the message is that coarse")]
 fn state_of(at: &Placed) -> Message {
-    let vehicle = at.vehicle;
+    let (vehicle, place) = (at.vehicle, &at.place);
+    let [lat, lon] = [place.lat_deg, place.lon_deg].map(f64::to_radians);
+    let Some(velocity) = vehicle.velocity else {
+        let (target, z) = (vehicle.name.clone(), vehicle.depth_m as f32);
+        return UsblFixExtended { target, lat, lon, z_units: Z_DEPTH, z, accuracy: 0.0 }.into();
+    };
     EstimatedState {
-        lat: at.place.lat_deg.to_radians(),
-        lon: at.place.lon_deg.to_radians(),
+        lat,
+        lon,
         psi: vehicle.heading as f32,
         r: vehicle.yaw_rate as f32,
-        vx: vehicle.velocity.x as f32,
-        vy: vehicle.velocity.y as f32,
+        vx: velocity.x as f32,
+        vy: velocity.y as f32,
         depth: vehicle.depth_m as f32,
         alt: -1.0,
         ..EstimatedState::default()

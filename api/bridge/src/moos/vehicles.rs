@@ -2,7 +2,7 @@
 
 use super::packet::{Message, NOTIFY, PacketReader, connection, packet};
 use crate::reference::Reference;
-use crate::rehearsal::{Placed, REFERENCE_AGE_MAX_S};
+use crate::rehearsal::vehicle::{Placed, REFERENCE_AGE_MAX_S};
 
 const NAME: &str = "pPilotfishSimulator";
 const DESIRED: [&str; 2] = ["DESIRED_HEADING", "DESIRED_SPEED"];
@@ -16,18 +16,18 @@ pub(crate) struct MoosVehicles {
 }
 
 impl MoosVehicles {
-    /// Takes `bytes`; an answer to a new connection.
-    pub(crate) fn take(&mut self, bytes: &[u8], unix_s: f64) -> Vec<u8> {
+    /// Takes `bytes`; what begins a new connection.
+    pub(crate) fn take(&mut self, bytes: &[u8], unix_s: f64) -> Option<Vec<u8>> {
         if bytes.is_empty() {
             self.packets.restart();
-            return connection(NAME, &DESIRED, unix_s);
+            return Some(connection(NAME, &DESIRED, unix_s));
         }
         for message in self.packets.push(bytes).iter().filter(|message| message.kind == NOTIFY) {
             if let Some(index) = DESIRED.iter().position(|key| *key == message.key) {
                 self.desired[index] = Some((message.number, unix_s));
             }
         }
-        vec![]
+        None
     }
 
     /// What steers the craft now.
@@ -43,7 +43,8 @@ impl MoosVehicles {
     pub(crate) fn say(craft: &Placed, auvs: &[Placed]) -> Vec<u8> {
         let Placed { vehicle, place, unix_s } = craft;
         let degrees = |angle: f64| angle.to_degrees().rem_euclid(360.0);
-        let (speed, [vx, vy]) = (vehicle.velocity.norm(), vehicle.velocity.into());
+        let velocity = vehicle.velocity.unwrap_or_default();
+        let (speed, [vx, vy]) = (velocity.norm(), velocity.into());
         let numbers = [
             ("NAV_X", vehicle.position.y),
             ("NAV_Y", vehicle.position.x),
@@ -63,9 +64,12 @@ impl MoosVehicles {
         };
         let report = |(key, kind, Placed { vehicle, place, unix_s }): (&str, &str, &Placed)| {
             let (x, y, depth) = (vehicle.position.y, vehicle.position.x, vehicle.depth_m);
-            let (speed, heading) = (vehicle.velocity.norm(), degrees(vehicle.heading));
+            let motion = vehicle
+                .velocity
+                .map(|velocity| format!("SPD={:.2},HDG={:.2},", velocity.norm(), degrees(vehicle.heading)));
+            let motion = motion.unwrap_or_default();
             let text = format!(
-                "NAME={},TYPE={kind},X={x:.2},Y={y:.2},LAT={:.8},LON={:.8},SPD={speed:.2},HDG={heading:.2},DEP={depth:.2},TIME={unix_s:.2}",
+                "NAME={},TYPE={kind},X={x:.2},Y={y:.2},LAT={:.8},LON={:.8},{motion}DEP={depth:.2},TIME={unix_s:.2}",
                 vehicle.name, place.lat_deg, place.lon_deg,
             );
             Message { text: Some(text), ..message(key) }

@@ -2,6 +2,8 @@
 
 use std::{error::Error, fmt::Write as _, path::PathBuf};
 
+use bridge::rehearsal::Rehearsal;
+use bridge::wire::Endpoint;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use lab::comparison::best_gains;
@@ -11,12 +13,14 @@ use lab::scores::lines;
 use lab::stopwatch::Stopwatch;
 use planner::los::{LawGains, LosGains, LosLaw, LosTuning};
 use planner::parameters::Parameters;
+use planner::snapshot::Origin;
 use sim::{
     guide::{Guide, LosGuide, MpcGuide},
     mission,
     record::Record,
 };
 
+use super::rehearse::WireGuide;
 use super::run::{RecordFile, RunArguments};
 use super::snapshots::{RecordedPlanner, write_snapshots};
 use crate::cli::failure::because_of;
@@ -35,7 +39,7 @@ pub(crate) struct Simulate {
     /// `pilotfish identify`.
     #[arg(
         long, requires = "out",
-        conflicts_with_all = ["controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide", "set"]
+        conflicts_with_all = ["moos", "imc", "controller", "duration_s", "untimed", "report", "snapshots", "craft", "route", "tuned", "guide", "set"]
     )]
     trial: bool,
     #[command(flatten)]
@@ -50,6 +54,14 @@ pub(crate) struct Simulate {
         conflicts_with_all = ["controller", "snapshots", "tuned", "look_ahead_m", "along_track_gain_per_s"]
     )]
     guide: Option<GuideUrl>,
+    /// Rehearse with MOOS: play the vehicles in real time on the MOOSDB at this address, and follow
+    /// DESIRED_HEADING and DESIRED_SPEED (docs/at-sea.md).
+    #[arg(long, value_name = "HOST:PORT", value_parser = database, conflicts_with_all = NOT_ON_WIRES)]
+    moos: Option<Endpoint>,
+    /// Rehearse with Neptus: play vehicles that run DUNE in real time on the network of this
+    /// address, one of this computer.
+    #[arg(long, value_name = "ADDRESS:PORT", value_parser = network, conflicts_with_all = NOT_ON_WIRES, conflicts_with = "moos")]
+    imc: Option<Endpoint>,
     /// Write the record to this file; may be repeated. The suffix chooses the format: .csv,
     /// .parquet and .ndjson are the table of docs/records.md, .geojson is a map, .mcap is for
     /// Foxglove and Lichtblick. A pipe or a device gets CSV.
@@ -84,6 +96,22 @@ pub(crate) struct Simulate {
         help = format!("Along-track gain of the line-of-sight laws, 1/s [default: {}]", Parameters::default().los.along_track_gain)
     )]
     along_track_gain_per_s: Option<f64>,
+}
+
+/// What steers no rehearsal.
+const NOT_ON_WIRES: [&str; 6] =
+    ["controller", "guide", "snapshots", "tuned", "look_ahead_m", "along_track_gain_per_s"];
+
+/// The origin of a rehearsal without one in its scenario: that of examples/moos.
+const ORIGIN: Origin = Origin { lat_deg: 43.8253, lon_deg: -70.3304 };
+
+fn database(address: &str) -> Result<Endpoint, String> {
+    format!("tcp:{address}").parse().map_err(|_| "write HOST:PORT, such as localhost:9000".to_owned())
+}
+
+fn network(address: &str) -> Result<Endpoint, String> {
+    let wrong = "write ADDRESS:PORT, one of this computer's, such as 127.0.0.1:6020";
+    format!("imc:{address}").parse().map_err(|_| wrong.to_owned())
 }
 
 /// The planner, or a law instead.
@@ -125,10 +153,15 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         None => None,
     };
     let (mut asked, mut predictions) = (Vec::new(), Vec::new());
-    let mut guide: Box<dyn Guide + '_> = match (&arguments.guide, tuning) {
-        (Some(url), _) => Box::new(HttpGuide::new(url)),
-        (None, Some(tuning)) => Box::new(LosGuide::tuned(tuning)),
-        (None, None) => Box::new(RecordedPlanner {
+    let wire = arguments.moos.as_ref().or(arguments.imc.as_ref());
+    let origin = scenario.start(arguments.run.seed)?.origin.map_or(ORIGIN, Origin::from);
+    let begin = |wire| Rehearsal::begin(wire, origin).ok_or("the scenario's origin is no place");
+    let rehearsal = wire.map(begin).transpose()?;
+    let mut guide: Box<dyn Guide + '_> = match (rehearsal, &arguments.guide, tuning) {
+        (Some(rehearsal), ..) => Box::new(WireGuide(rehearsal)),
+        (None, Some(url), _) => Box::new(HttpGuide::new(url)),
+        (None, None, Some(tuning)) => Box::new(LosGuide::tuned(tuning)),
+        (None, None, None) => Box::new(RecordedPlanner {
             planner: MpcGuide::new(Parameters::default()),
             n_plans: 0,
             every: arguments.snapshots.is_some().then_some(arguments.every as usize),
