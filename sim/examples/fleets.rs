@@ -187,7 +187,6 @@ struct Outcome {
     changes: usize,
     gap: Vec<f64>,
     ms: Vec<f64>,
-    reassigned: Option<usize>,
 }
 
 /// A flight under way.
@@ -209,14 +208,14 @@ impl Flight<'_> {
             let (goal, previous) = (self.scene.goal()?, self.plans.get(&craft.id).cloned());
             let mut request = self.scene.request(t, craft, goal, previous);
             request.vessel_separation_m = Some(self.separation);
-            Ok(Member { id: craft.id.clone(), serves: vec![], request })
+            Ok(Member { id: craft.id.clone(), serves: None, place_before: 0, request })
         };
         let members: Vec<Member> = self.craft.iter().map(member).collect::<Result<_, Failure>>()?;
         let gone = self.before.iter().flat_map(|before| &before.craft).filter_map(|gone| {
             let is_gone = members.iter().all(|member| member.id != gone.id);
             let previous_plan = self.plans.get(&gone.id).cloned();
             let request = PlanRequest { previous_plan, ..members[0].request.clone() };
-            is_gone.then(|| Member { id: gone.id.clone(), serves: vec![], request })
+            is_gone.then(|| Member { id: gone.id.clone(), serves: None, place_before: 0, request })
         });
         let gone: Vec<_> = gone.collect();
         Fleet::new(members, (self.before.as_ref(), &gone), &|| false)
@@ -251,10 +250,6 @@ impl Flight<'_> {
         let auvs = || self.scene.auvs.iter().map(|(id, _)| id);
         if let Some(before) = &self.before {
             self.seen.changes += auvs().filter(|id| of(before, id) != of(&assignment, id)).count();
-        }
-        let since = self.scene.dies.and_then(|(_, at)| t.checked_sub(at));
-        if self.seen.reassigned.is_none() && auvs().all(|id| of(&assignment, id).is_some()) {
-            self.seen.reassigned = since;
         }
         assignment
     }
@@ -367,9 +362,12 @@ fn main() -> Result<(), Failure> {
             }
         }
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "minutes of a flight")]
-        let seconds = (60.0 * minutes) as usize;
+        let seconds = (60.0 * minutes.max(1.0)) as usize;
         let dies = (rng.random_range(0..craft.len()), rng.random_range(seconds / 5..seconds / 2));
         let dies = env::args().any(|argument| argument == "--dies").then_some(dies);
+        if dies.is_some() && (craft.len() < 2 || assign.contains("one")) {
+            return Err("a craft that dies leaves another one: --craft 2 or more, and not `one`".into());
+        }
         let all = craft.clone();
         let mut scene = Scene { auvs, craft, dies, seconds, goal: goal.clone() };
         for name in assign.split(',') {
@@ -405,8 +403,7 @@ fn main() -> Result<(), Failure> {
                 "{}",
                 json!({ "seed": seed, "assign": name, "craft": n_craft, "auvs": n, "score": score(&seen),
                     "age_s": seen.ages, "worst_s": seen.worst, "rms_m": seen.square.sqrt(), "least_m": seen.least,
-                    "energy": seen.energy, "changes": seen.changes, "gap": gap, "ms": ms, "ms99": ms99,
-                    "split": split, "reassigned_s": seen.reassigned })
+                    "energy": seen.energy, "changes": seen.changes, "gap": gap, "ms": ms, "ms99": ms99, "split": split })
             );
         }
     }

@@ -19,6 +19,14 @@ fn craft(id: &str, north_m: f64, east_m: f64) -> Value {
     json!({ "id": id, "asc": { "north_m": north_m, "east_m": east_m, "heading_rad": 0.3, "speed_mps": 0.4 } })
 }
 
+/// A previous answer with these craft and plans.
+fn before(plans: &[(&str, Value)]) -> Value {
+    let assignment =
+        json!({ "craft": [], "cost": 1, "bound": 1, "exact": true, "kept": true, "changed_s": 0 });
+    let craft = plans.iter().map(|(id, plan)| json!({ "id": id, "plan": plan })).collect::<Vec<_>>();
+    json!({ "assignment": assignment, "surface_craft": craft })
+}
+
 /// A number at a pointer.
 fn at(value: &Value, pointer: &str) -> f64 {
     let found = value.pointer(pointer).and_then(Value::as_f64);
@@ -116,6 +124,23 @@ async fn faults_name_the_craft_and_its_member() {
             "/t_s out_of_range",
         ),
         (json!({ "previous_plan": { "assignment": 3 } }), "/previous_plan/assignment wrong_type"),
+        (
+            json!({ "previous_plan": before(&[("gone", json!(null)), ("asc-0", json!({ "trajectory": [], "goal_course_rad": 99 }))]) }),
+            "/previous_plan/surface_craft/1/plan/goal_course_rad out_of_range",
+        ),
+        (
+            json!({ "previous_plan": before(&[("gone", json!({ "trajectory": [], "goal_course_rad": 99 }))]) }),
+            "/previous_plan/surface_craft/0/plan/goal_course_rad out_of_range",
+        ),
+        (
+            json!({ "previous_plan": before(&[("gone", json!({ "trajectory": [], "origin": { "lat_deg": 1, "lon_deg": 1 } }))]),
+            "origin": { "lat_deg": 2, "lon_deg": 1 } }),
+            "/previous_plan/surface_craft/0/plan/origin contradicts",
+        ),
+        (
+            json!({ "surface_craft": [{ "id": "a", "asc": craft("a", 0.0, 0.0)["asc"], "serves": [] }] }),
+            "/goal unserved",
+        ),
         (json!({ "surface_craft": [craft("a", 0.0, 0.0)], "fleet": 1 }), "/fleet unknown_field"),
     ] {
         let mut body = fleet("track", &[]);
@@ -129,4 +154,26 @@ async fn faults_name_the_craft_and_its_member() {
         assert!(found.contains(&expected.to_owned()), "{expected}: {found:?}");
         assert_eq!(found.len(), 1, "{found:?}");
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn any_weights_and_names_are_answered_as_before() {
+    // Shares of weights that round to nothing are no division by nothing.
+    for (kind, auvs) in
+        [("weighted", json!({ "auv-1": 1e6, "auv-2": 5e-324 })), ("visit", json!(["auv-1", "auv-2"]))]
+    {
+        let mut body = fleet("midpoint", &[craft("asc-1", 30.0, 60.0)]);
+        body["goal"] = json!({ "kind": kind });
+        let member = if kind == "visit" { "auvs" } else { "weights" };
+        body["goal"][member] = auvs;
+        if kind == "visit" {
+            body["goal"]["weights"] = json!({ "auv-1": 1e6, "auv-2": 5e-324 });
+        }
+        let answer = answered("/v1/plan", body.to_string()).await;
+        assert!(answer["assignment"]["cost"].is_number(), "{answer}");
+    }
+    // A request for one craft may speak of fleets.
+    let mut alone = example("track");
+    alone["metadata"] = json!({ "role": "surface_craft" });
+    assert_eq!(answered("/v1/plan", alone.to_string()).await["outcome"], "ok");
 }

@@ -2,7 +2,7 @@
 
 use std::mem;
 
-use planner::snapshot::{InvalidRequest, PlanRequest, SCHEMA_VERSION, Snapshot};
+use planner::snapshot::{InvalidRequest, Origin, PlanRequest, SCHEMA_VERSION, Snapshot};
 use serde_json::Value;
 
 use super::{DEADLINE_MS, METADATA_BYTES_MAX, positions::wrong_place};
@@ -56,21 +56,23 @@ pub fn unsupported_version(given: &str) -> Option<FieldError> {
 pub(crate) fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let mut invalid = Vec::from_iter(unsupported_version(&request.schema_version));
     let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
-    if let Some(previous) = &previous {
-        invalid.extend(wrong_place(previous, "/previous_plan/origin"));
-    }
-    if let Some(origin) = &request.origin {
-        invalid.extend(wrong_place(origin, "/origin"));
-        if previous.is_some_and(|previous| previous != *origin) {
-            let detail =
-                "the previous plan has another origin: leave it out of the first request after a change";
-            invalid.push(FieldError::new("/previous_plan/origin", "contradicts", detail));
-        }
-    }
+    let place = "/previous_plan/origin";
+    invalid.extend(previous.iter().flat_map(|before| origin_faults(before, request.origin.as_ref(), place)));
+    invalid.extend(request.origin.iter().flat_map(|origin| wrong_place(origin, "/origin")));
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();
     let range = 0..=METADATA_BYTES_MAX;
     invalid.extend(FieldError::of_length("/metadata", bytes, &range, "bytes"));
+    invalid
+}
+
+/// The faults of the origin of a previous plan, at `place`, before a request with this `origin`.
+pub(crate) fn origin_faults(before: &Origin, origin: Option<&Origin>, place: &str) -> Vec<FieldError> {
+    let mut invalid = Vec::from_iter(wrong_place(before, place));
+    if origin.is_some_and(|origin| origin != before) {
+        let detail = "the previous plan has another origin: leave it out of the first request after a change";
+        invalid.push(FieldError::new(place, "contradicts", detail));
+    }
     invalid
 }

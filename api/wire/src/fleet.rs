@@ -2,12 +2,13 @@
 
 use planner::angle::Heading;
 use planner::fleet::{Assignment, CRAFT_MAX, Fleet, Member, SlotUse};
+use planner::snapshot::AUVS_MAX;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::check::envelope_faults;
+use super::check::{envelope_faults, origin_faults};
 use super::json::{BodyError, Json, Node, ShapeError, parse};
 use super::read::in_metres;
 use super::response::{Outcome, PlanResponse, Reference};
@@ -29,10 +30,9 @@ pub struct SurfaceCraft {
     pub craft: Option<CraftDescription>,
     /// Its limits, as in a request for one craft.
     pub limits: Option<DeclaredLimits>,
-    /// The AUVs that it may serve, such as those whose modem it has. Default: all.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    /// The AUVs that it may serve, such as those whose modem it has; at most 16. Default: all.
     #[schema(value_type = Option<Vec<String>>)]
-    pub serves: Vec<VehicleId>,
+    pub serves: Option<Vec<VehicleId>>,
 }
 
 /// The last answer to a fleet. The whole answer is accepted; only these members are read.
@@ -155,22 +155,32 @@ impl FleetRequest {
         members.push(("asc".into(), Json::Object(nowhere.into())));
         let shared = PlanRequest::deserialize(Node::whole(json))?;
         let (before, plans) = previous.map(|fleet| (fleet.assignment, fleet.surface_craft)).unzip();
-        let mut plans = plans.unwrap_or_default();
-        let length =
-            FieldError::of_length("/previous_plan/surface_craft", plans.len(), &(0..=CRAFT_MAX), "items");
-        if let Some(length) = length {
-            return Err(ShapeError(Box::new(length)));
+        let plans = plans.unwrap_or_default();
+        let lists = before.iter().flat_map(|before| &before.craft).map(|craft| craft.auvs.len());
+        let longest = lists.max().unwrap_or(0);
+        let lengths = [
+            ("surface_craft", plans.len(), CRAFT_MAX),
+            ("assignment/craft", before.as_ref().map_or(0, |before| before.craft.len()), CRAFT_MAX),
+            ("assignment/craft", longest, AUVS_MAX),
+        ];
+        for (list, n, most) in lengths {
+            let place = format!("/previous_plan/{list}");
+            if let Some(length) = FieldError::of_length(place, n, &(0..=most), "items") {
+                return Err(ShapeError(Box::new(length)));
+            }
         }
+        let mut plans: Vec<_> = plans.into_iter().enumerate().collect();
         let member = |SurfaceCraft { id, asc, craft, limits, serves }: SurfaceCraft| {
-            let before = plans.iter_mut().find(|before| before.id == id);
-            let previous_plan = before.and_then(|before| before.plan.take());
+            let before = plans.iter_mut().find(|(_, before)| before.id == id);
+            let (place_before, previous_plan) =
+                before.map_or((0, None), |(place, before)| (*place, before.plan.take()));
             let request = PlanRequest { asc, craft, limits, previous_plan, ..shared.clone() };
-            Member { id, serves, request }
+            Member { id, serves, place_before, request }
         };
         let craft: Vec<_> = craft.into_iter().map(member).collect();
-        let gone = plans.into_iter().filter_map(|PreviousOfCraft { id, plan }| {
+        let gone = plans.into_iter().filter_map(|(place_before, PreviousOfCraft { id, plan })| {
             let request = PlanRequest { previous_plan: Some(plan?), ..craft[0].request.clone() };
-            Some(Member { id, serves: Vec::new(), request })
+            Some(Member { id, serves: None, place_before, request })
         });
         Ok(Self { gone: gone.collect(), craft, before })
     }
@@ -186,7 +196,16 @@ impl FleetRequest {
     /// # Errors
     /// All faults of the request.
     pub fn fleet(mut self, due: &dyn Fn() -> bool) -> Result<Fleet, Vec<FieldError>> {
-        let mut faults = envelope_faults(self.shared());
+        let first = &mut self.craft[0].request;
+        let plan = first.previous_plan.take();
+        let mut faults = envelope_faults(first);
+        first.previous_plan = plan;
+        let origin = first.origin;
+        for Member { request, place_before, .. } in self.craft.iter().chain(&self.gone) {
+            let place = format!("/previous_plan/surface_craft/{place_before}/plan/origin");
+            let before = request.previous_plan.as_ref().and_then(|plan| plan.origin);
+            faults.extend(before.iter().flat_map(|before| origin_faults(before, origin.as_ref(), &place)));
+        }
         faults.extend(Fleet::faults(&self.craft, &self.gone));
         if !faults.is_empty() {
             return Err(faults);
@@ -199,8 +218,9 @@ impl FleetRequest {
     }
 }
 
-/// `true` if a body may be one of a fleet.
+/// `true` if a body is one of a fleet: it has the member `surface_craft`.
 pub fn is_of_fleet(body: &[u8]) -> bool {
     const MEMBER: &[u8] = b"\"surface_craft\"";
-    body.windows(MEMBER.len()).any(|part| part == MEMBER)
+    let may_be = body.windows(MEMBER.len()).any(|part| part == MEMBER);
+    may_be && parse(body).is_ok_and(|json| json.member("surface_craft").is_some())
 }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// Most sets whose costs are compared in full.
 const SETS_MAX: usize = 96;
 
-/// Most sets whose costs are looked at otherwise.
+/// Sets after which the search ends otherwise.
 const WORK_MAX: usize = 400;
 
 /// Share of its cost by which another assignment must be better than the previous one: long after a
@@ -94,8 +94,19 @@ impl<'a> Search<'a> {
         }
         while let Some((auv, craft)) = self.dearest_insertion(&craft_of) {
             craft_of[auv] = Some(craft);
+            if self.is_spent() {
+                break;
+            }
+        }
+        // Without time, each to the first craft that may serve it.
+        for (auv, craft) in craft_of.iter_mut().enumerate() {
+            *craft = craft.or_else(|| self.may_serve(auv).next());
         }
         craft_of
+    }
+
+    fn is_spent(&self) -> bool {
+        WORK_MAX <= self.work.get() || (self.due)()
     }
 
     /// The AUV without a craft whose cheapest insertion costs most, and the craft of that.
@@ -141,8 +152,7 @@ impl<'a> Search<'a> {
 
     /// Replaces `craft_of` if `other` is better and there is time to look.
     fn take_better(&self, other: CraftOf, craft_of: &mut CraftOf) -> bool {
-        let is_spent = WORK_MAX <= self.work.get() || (self.due)();
-        let is_better = !is_spent && other != *craft_of && self.is_better(&other, craft_of);
+        let is_better = !self.is_spent() && other != *craft_of && self.is_better(&other, craft_of);
         if is_better {
             *craft_of = other;
         }

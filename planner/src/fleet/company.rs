@@ -44,7 +44,11 @@ impl Company {
 
     /// The cost of a craft with a set of AUVs.
     pub(super) fn cost(&self, craft: usize, set: u32) -> f64 {
-        let auvs: Vec<usize> = (0..self.tracks.len()).filter(|auv| set & (1 << auv) != 0).collect();
+        let counts = |auv: &usize| set & (1 << auv) != 0 && 0.0 < self.weights[*auv];
+        let auvs: Vec<usize> = (0..self.tracks.len()).filter(counts).collect();
+        if auvs.is_empty() {
+            return 0.0;
+        }
         let weight: f64 = auvs.iter().map(|auv| self.weights[*auv]).sum();
         let (mut at, speed) = self.craft[craft];
         let mut sum = 0.0;

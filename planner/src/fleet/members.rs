@@ -6,14 +6,15 @@ use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::angle::Heading;
-use crate::facts::auv::VehicleId;
+use crate::facts::angle::{Course, Heading};
+use crate::facts::auv::{Auv, VehicleId};
+use crate::facts::evidence::AuvState;
 use crate::facts::field_error::FieldError;
 use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
 use crate::facts::goal::Goal;
-use crate::facts::previous_plan::PreviousTarget;
+use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
 use crate::facts::ranges::{AUVS_MAX, ID_LENGTH_MAX, VESSEL_PLAN_LENGTH};
-use crate::facts::schedule::ServedVehicle;
+use crate::facts::schedule::Schedule;
 use crate::facts::traffic::Vessel;
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
@@ -31,16 +32,51 @@ use crate::visit::bound::least_cost_of;
 /// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
 const STAYS: f64 = 300.0;
 
+/// The members of a request that each craft has for itself.
+const OWN: [&str; 4] = ["/previous_plan", "/asc", "/craft", "/limits"];
+
 /// A craft of a fleet.
 #[derive(Clone, Debug)]
 pub struct Member {
     /// Its name.
     pub id: VehicleId,
-    /// The AUVs that it may serve; empty for all.
-    pub serves: Vec<VehicleId>,
+    /// The AUVs that it may serve; all without a list.
+    pub serves: Option<Vec<VehicleId>>,
+    /// Its place in the previous answer, which faults name.
+    pub place_before: usize,
     /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
     /// are equal for all craft.
     pub request: PlanRequest,
+}
+
+impl Member {
+    fn may_serve(&self, id: &VehicleId) -> bool {
+        self.serves.as_ref().is_none_or(|serves| serves.contains(id))
+    }
+
+    /// Its own members, in a request that is valid without them.
+    fn own_request(&self) -> PlanRequest {
+        let PlanRequest { t_s, asc, craft, limits, previous_plan, .. } = &self.request;
+        let auv = AuvState::new(Vector2::zeros(), 0.0, Course::new(0.0), 0.0);
+        let goal = Goal::Track { auv: "auv".into() };
+        PlanRequest {
+            craft: craft.clone(),
+            limits: *limits,
+            previous_plan: previous_plan.clone(),
+            ..PlanRequest::new(*t_s, asc.clone(), vec![Auv::new("auv", auv)], goal)
+        }
+    }
+
+    /// Names the fields of a fleet's request in the faults of this one, the craft at index `i`.
+    fn name(&self, i: usize, faults: &mut [FieldError]) {
+        for fault in faults {
+            if OWN[1..].iter().any(|own| fault.pointer.starts_with(own)) {
+                fault.pointer = format!("/surface_craft/{i}{}", fault.pointer);
+            } else if let Some(rest) = fault.pointer.strip_prefix("/previous_plan") {
+                fault.pointer = format!("/previous_plan/surface_craft/{}/plan{rest}", self.place_before);
+            }
+        }
+    }
 }
 
 /// The craft of a fleet at one moment, in the order in which the others give way to them.
@@ -58,47 +94,48 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// The faults of the fleet of `members`, by field of its request. Of those that are `gone` only
-    /// the previous plan counts.
+    /// The faults of the fleet of `members`, at least one, by field of its request. Of those that
+    /// are `gone` only the previous plan counts. If a list is too long, that alone.
     pub fn faults(members: &[Member], gone: &[Member]) -> Vec<FieldError> {
-        let mut faults = Vec::new();
-        for (i, member) in members.iter().chain(gone).enumerate() {
-            let Err(InvalidRequest(found)) = member.request.check() else { continue };
-            for mut fault in found {
-                let is_own = ["/asc", "/craft", "/limits"].iter().any(|own| fault.pointer.starts_with(own));
-                if is_own && i < members.len() {
-                    fault.pointer = format!("/surface_craft/{i}{}", fault.pointer);
-                } else if let Some(rest) = fault.pointer.strip_prefix("/previous_plan") {
-                    fault.pointer = format!("/previous_plan/surface_craft/{i}/plan{rest}");
-                } else if 0 < i {
-                    continue;
-                }
-                faults.push(fault);
-            }
-        }
-        let Some(Member { request, .. }) = members.first() else { return faults };
+        let request = &members[0].request;
+        let mut faults = request.check().err().map_or_else(Vec::new, |InvalidRequest(faults)| faults);
         for (i, member) in members.iter().enumerate() {
-            let field = format!("/surface_craft/{i}");
-            let place = format!("{field}/id");
-            faults.extend(FieldError::of_length(&place, member.id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
+            let serves = member.serves.iter().map(Vec::len).max().unwrap_or(0);
+            let place = format!("/surface_craft/{i}/serves");
+            faults.extend(FieldError::of_length(place, serves, &(0..=AUVS_MAX), "items"));
+        }
+        members[0].name(0, &mut faults);
+        if faults.iter().any(|fault| fault.code == "length") {
+            return faults;
+        }
+        for (i, member) in members.iter().chain(gone).enumerate().skip(1) {
+            let mut own = member.own_request().check().err().map_or_else(Vec::new, |InvalidRequest(own)| own);
+            let members_of = if i < members.len() { &OWN[..] } else { &OWN[..1] };
+            own.retain(|fault| members_of.iter().any(|own| fault.pointer.starts_with(own)));
+            member.name(i, &mut own);
+            faults.extend(own);
+        }
+        for (i, member) in members.iter().enumerate() {
+            let place = format!("/surface_craft/{i}/id");
+            faults.extend(name_faults(&place, &member.id));
             let is_taken = members[..i].iter().any(|other| other.id == member.id)
                 || request.traffic.iter().any(|vessel| vessel.id == member.id);
             if is_taken {
                 faults.push(FieldError::new(&place, "duplicate", "duplicate name").given(&*member.id.0));
             }
             let is_known = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
-            for (j, id) in member.serves.iter().enumerate().filter(|(_, id)| !is_known(id)) {
-                let place = format!("{field}/serves/{j}");
+            let served = member.serves.iter().flatten().enumerate();
+            for (j, id) in served.filter(|(_, id)| !is_known(id)) {
+                let place = format!("/surface_craft/{i}/serves/{j}");
                 faults
                     .push(FieldError::new(place, "unknown_vehicle", "names no AUV of `auvs`").given(&*id.0));
             }
         }
-        let is_served = |id: &VehicleId| {
-            members.iter().any(|member| member.serves.is_empty() || member.serves.contains(id))
-        };
-        for id in request.goal.goal.vehicles().filter(|id| !is_served(id)) {
-            let detail = "no craft may serve this AUV: add it to the `serves` of one";
-            faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
+        for id in request.goal.goal.vehicles() {
+            if !members.iter().any(|member| member.may_serve(id)) {
+                let detail = "no craft may serve this AUV: add it to the `serves` of one";
+                faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
+            }
         }
         for (i, auv) in request.auvs.iter().enumerate() {
             let reports = auv.reports.iter().flatten().enumerate();
@@ -110,38 +147,33 @@ impl Fleet {
         faults
     }
 
-    /// The fleet of `members`, at least one, whose previous assignment was `before`; `gone` are its
-    /// craft that are no longer there. Once `due`, estimates use the newest reports alone.
+    /// The fleet of `members`, at least one, without faults, whose previous assignment was `before`;
+    /// `gone` are its craft that are no longer there. Once `due`, estimates use the newest reports
+    /// alone.
     ///
     /// # Errors
-    /// [`Fleet::faults`].
+    /// The faults of the request of the craft that remembers AUVs for all.
     pub fn new(
         mut members: Vec<Member>,
         (before, gone): (Option<&Assignment>, &[Member]),
         due: &dyn Fn() -> bool,
     ) -> Result<Self, Vec<FieldError>> {
-        let faults = Self::faults(&members, gone);
-        if !faults.is_empty() {
-            return Err(faults);
-        }
-        // AUVs are estimated once, from what any craft remembers of them.
-        let remembers = |member: &&Member| member.request.previous_plan.is_some();
-        let mut lead = members.iter().chain(gone).find(remembers).unwrap_or(&members[0]).clone();
         let memory = Memory::of(members.iter().chain(gone));
-        for request in members.iter_mut().map(|member| &mut member.request).chain([&mut lead.request]) {
+        for request in members.iter_mut().map(|member| &mut member.request) {
             memory.give_to(request);
         }
-        let of = |InvalidRequest(faults): InvalidRequest| faults;
-        let leading = Snapshot::until(lead.request, due).map_err(of)?;
-        let snapshots = members.iter().map(|member| leading.beside(member.request.clone()).map_err(of));
-        let snapshots = snapshots.collect::<Result<Vec<_>, _>>()?;
+        // AUVs are estimated once, from what any craft remembers of them.
+        let leading = Snapshot::until(members[0].request.clone(), due);
+        let leading = leading.map_err(|InvalidRequest(faults)| faults)?;
+        let others = members[1..].iter().map(|member| leading.beside(member.request.clone()));
+        let snapshots: Vec<_> = [leading.clone()].into_iter().chain(others).collect();
         let place = |id: &VehicleId| leading.auvs.iter().position(|auv| auv.id == *id);
         let mut auvs: Vec<usize> = leading.goal.goal.vehicles().filter_map(place).collect();
         auvs.sort_unstable();
         let id = |auv: &usize| &leading.auvs[*auv].id;
         let may_serve = |member: &Member| {
             let bits = auvs.iter().enumerate();
-            let bits = bits.filter(|(_, auv)| member.serves.is_empty() || member.serves.contains(id(auv)));
+            let bits = bits.filter(|(_, auv)| member.may_serve(id(auv)));
             bits.fold(0, |set, (i, _)| set | 1 << i)
         };
         let craft_of = |auv: &usize| {
@@ -168,9 +200,10 @@ impl Fleet {
             let schedules = self.schedules(visits, parameters, &due);
             let cost = |craft: usize, set| schedules[craft].cost(set, &due);
             let found = self.search((&cost, visits.reduce == Reduce::Max), &due);
+            let reach_all = schedules.iter().all(Schedules::reaches_all);
             let fleets: Vec<_> = schedules.iter().map(|schedules| &schedules.fleet).collect();
-            let bound = least_cost_of(&fleets).unwrap_or(0.0).clamp(found.bound, found.cost);
-            Found { bound, ..found }
+            let bound = if reach_all { least_cost_of(&fleets).unwrap_or(0.0) } else { 0.0 };
+            Found { bound: bound.min(found.cost), ..found }
         } else {
             let forecasts = forecast_all(leading);
             let craft = self.snapshots.iter().map(|snapshot| {
@@ -235,7 +268,9 @@ impl Fleet {
         let snapshot = &self.snapshots[craft];
         let served = &assignment.craft[craft].auvs;
         let goal = snapshot.goal.goal.only(|id| served.contains(id))?;
-        Some(snapshot.part(goal, vessels))
+        let others = assignment.craft.iter().enumerate().filter(|(other, _)| *other != craft);
+        let of_others = others.flat_map(|(_, other)| other.auvs.iter().cloned()).collect();
+        Some(snapshot.part(goal, vessels, of_others))
     }
 
     /// A craft, by index, as the craft after it see it: with its `plan`, or as it stays where it is.
@@ -281,28 +316,32 @@ impl Fleet {
 #[derive(Default)]
 struct Memory {
     targets: BTreeMap<VehicleId, PreviousTarget>,
-    served: BTreeMap<VehicleId, ServedVehicle>,
-    /// Costs of unserved AUVs, advanced to now.
-    costs: BTreeMap<VehicleId, f64>,
+    /// A plan without anything of its craft, and a schedule without visits, of all AUVs.
+    plan: Option<PreviousPlan>,
+    schedule: Option<Schedule>,
 }
 
 impl Memory {
     fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
         let mut memory = Self::default();
-        for PlanRequest { previous_plan, goal, t_s, .. } in members.map(|member| &member.request) {
-            let Some(plan) = previous_plan else { continue };
+        for plan in members.filter_map(|member| member.request.previous_plan.as_ref()) {
             for target in plan.targets.iter().flatten() {
                 memory.targets.entry(target.id.clone()).or_insert_with(|| target.clone());
             }
-            let Some(schedule) = &plan.schedule else { continue };
-            for known in &schedule.costs {
-                memory.served.entry(known.auv.clone()).or_insert_with(|| known.clone());
-                if let (Goal::Visit(visits), Some(then)) = (&goal.goal, plan.made_at())
-                    && schedule.unit == visits.cost.unit()
-                {
-                    let now = visits.cost.unserved(known.cost, (t_s - then).max(0.0)).cost;
-                    memory.costs.entry(known.auv.clone()).or_insert(now);
-                }
+            memory.plan.get_or_insert_with(|| PreviousPlan {
+                origin: plan.origin,
+                // When it was made; a trajectory that ends is followed by nobody.
+                trajectory: plan.trajectory.iter().take(1).copied().collect(),
+                ..PreviousPlan::default()
+            });
+            if let Some(schedule) = &plan.schedule {
+                let all = memory.schedule.get_or_insert_with(|| Schedule {
+                    visits: Vec::new(),
+                    costs: Vec::new(),
+                    alternatives: Vec::new(),
+                    ..schedule.clone()
+                });
+                all.remember(schedule);
             }
         }
         memory
@@ -310,20 +349,36 @@ impl Memory {
 
     /// Gives it to a craft, beside its own.
     fn give_to(&self, request: &mut PlanRequest) {
-        if let Some(plan) = &mut request.previous_plan {
-            plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
-            if let Some(schedule) = &mut plan.schedule {
-                let is_new = |id: &VehicleId| schedule.costs.iter().all(|known| known.auv != *id);
-                let new: Vec<_> = self.served.values().filter(|known| is_new(&known.auv)).cloned().collect();
-                schedule.costs.extend(new);
-                schedule.costs.truncate(AUVS_MAX);
-                return;
-            }
-        }
-        if let Goal::Visit(visits) = &mut request.goal.goal {
-            for (id, cost) in self.costs.iter().filter(|(id, _)| visits.auvs.contains(id)) {
-                visits.costs_now.entry(id.clone()).or_insert(*cost);
-            }
+        let Some(without_craft) = &self.plan else { return };
+        let plan = request.previous_plan.get_or_insert_with(|| without_craft.clone());
+        plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
+        match (&mut plan.schedule, &self.schedule) {
+            (Some(own), Some(all)) => own.remember(all),
+            (own, all) => own.clone_from(all),
         }
     }
+}
+
+impl Schedule {
+    /// Adds what `other` knows of AUVs that this one does not know.
+    fn remember(&mut self, other: &Self) {
+        if self.unit != other.unit {
+            return;
+        }
+        self.next_visited = self.next_visited.take().or_else(|| other.next_visited.clone());
+        let is_new = |id: &VehicleId| self.costs.iter().all(|known| known.auv != *id);
+        let new: Vec<_> = other.costs.iter().filter(|known| is_new(&known.auv)).cloned().collect();
+        self.costs.extend(new);
+        self.costs.truncate(AUVS_MAX);
+    }
+}
+
+/// The faults of a name at `place`.
+fn name_faults(place: &str, id: &VehicleId) -> Vec<FieldError> {
+    let mut faults = Vec::from_iter(FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
+    if id.0.chars().any(char::is_control) {
+        let detail = "a name has no control characters";
+        faults.push(FieldError::new(place, "control_character", detail).given(&*id.0));
+    }
+    faults
 }

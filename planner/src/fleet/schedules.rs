@@ -17,8 +17,9 @@ const TRIED: usize = 60;
 /// The scheduling problem of one craft with all AUVs.
 pub(super) struct Schedules {
     pub(super) fleet: Fleet,
-    /// AUVs of the goal, as indices in the snapshot, with the share of their weight.
-    shares: Vec<(usize, f64)>,
+    /// AUVs of the goal, as indices in the snapshot, with the share of their weight and their
+    /// present cost.
+    auvs: Vec<(usize, f64, f64)>,
 }
 
 impl Schedules {
@@ -41,41 +42,54 @@ impl Schedules {
         };
         let memory = Memory::of(snapshot, visits);
         let scheduler = Scheduler { parameters: &parameters, ..*scheduler };
-        let (mut fleet, _) = scheduler.fleet(snapshot, visits, &memory, forecasts);
+        let (mut fleet, vehicles) = scheduler.fleet(snapshot, visits, &memory, forecasts);
         fleet.afterwards = first.map_or(fleet.afterwards / n_craft, |first| first.fleet.afterwards);
         let weight = |auv: usize| visits.weight(&snapshot.auvs[auv].id);
         let sum: f64 = auvs.iter().map(|auv| weight(*auv)).sum();
-        Self { fleet, shares: auvs.iter().map(|auv| (*auv, weight(*auv) / sum)).collect() }
+        let known = |auv: usize| {
+            let vehicle = vehicles.iter().find(|vehicle| vehicle.auv == auv);
+            vehicle.map_or(0.0, |vehicle| vehicle.served.cost)
+        };
+        Self { auvs: auvs.iter().map(|auv| (*auv, weight(*auv) / sum, known(*auv))).collect(), fleet }
+    }
+
+    /// `true` if the craft reaches all AUVs of the goal.
+    pub(super) fn reaches_all(&self) -> bool {
+        self.fleet.candidates.len() == self.auvs.len()
     }
 
     /// The cost of a set of the goal's AUVs, as bits.
     pub(super) fn cost(&self, set: u32, due: &dyn Fn() -> bool) -> f64 {
-        let members: Vec<_> = self.shares.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0).collect();
-        let share = |auv: usize| members.iter().find(|(_, (of, _))| *of == auv).map(|(_, (_, share))| *share);
-        let candidates =
-            self.fleet.candidates.iter().filter_map(|candidate| {
-                Some(Candidate { share: share(candidate.auv)?, ..candidate.clone() })
-            });
-        let mut candidates: Vec<_> = candidates.collect();
-        let n = candidates.len();
+        let members = self.auvs.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0);
+        let members: Vec<_> =
+            members.map(|(_, member)| *member).filter(|(_, share, _)| 0.0 < *share).collect();
+        let of = |candidate: &Candidate| members.iter().find(|(auv, ..)| *auv == candidate.auv);
+        let candidates = self.fleet.candidates.iter();
+        let mut candidates: Vec<_> = candidates
+            .filter_map(|candidate| {
+                of(candidate).map(|(_, share, _)| Candidate { share: *share, ..candidate.clone() })
+            })
+            .collect();
+        let n = candidates.len() as f64;
+        let is_reached = |auv: usize| candidates.iter().any(|candidate| candidate.auv == auv);
+        let (law, horizon, all) = (&self.fleet.law, self.fleet.horizon, self.auvs.len() as f64);
+        // Nobody comes to an AUV that the craft does not reach, for twice as long as is planned.
+        let unreached = members.iter().filter(|(auv, ..)| !is_reached(*auv));
+        let unreached = unreached.map(|(_, share, cost)| share * law.unserved(*cost, 2.0 * horizon).cost);
+        let (sum, largest) =
+            unreached.fold((0.0, 0.0), |(sum, most), cost| (sum + cost, f64::max(most, cost)));
         let reached: f64 = candidates.iter().map(|candidate| candidate.share).sum();
-        let all: f64 = members.iter().map(|(_, (_, share))| share).sum();
         for candidate in &mut candidates {
             candidate.share /= reached;
         }
-        let fleet = Fleet { candidates, ..self.fleet.clone() };
-        let firsts = (0..n).filter_map(|first| fleet.best_first(first, (None, &[]), TRIED, due));
-        let cost = firsts.map(|found| found.value).reduce(f64::min).unwrap_or(0.0);
-        // An AUV that the craft does not reach costs more than any that it does.
-        let unreached =
-            self.fleet.law.unserved(self.fleet.law.fresh(), self.fleet.horizon).cost * (all - reached);
+        let fleet = self.fleet.with(candidates);
+        let firsts = 0..fleet.candidates.len();
+        let found = firsts.filter_map(|first| fleet.best_first(first, (None, &[]), TRIED, due));
+        let cost = found.map(|found| found.value).reduce(f64::min).unwrap_or(0.0);
         match fleet.reduce {
-            Reduce::Mean => cost * reached + unreached,
+            Reduce::Mean => cost * reached + sum,
             // Weights relative to the mean of all AUVs, not of these.
-            Reduce::Max => {
-                let relative = self.shares.len() as f64 * reached / (n as f64).max(1.0);
-                (cost * relative).max(unreached * self.shares.len() as f64)
-            }
+            Reduce::Max => (cost * all * reached / n.max(1.0)).max(largest * all),
         }
     }
 }

@@ -39,7 +39,7 @@ fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
         let asc = Asc::new(at, Heading::new(heading), 0.5);
         let mut request = PlanRequest::new(0.0, asc, auvs.clone(), goal.clone());
         request.limits = Some(Limits::MEDUSA.into());
-        Member { id: format!("{prefix}asc-{k}").as_str().into(), serves: vec![], request }
+        Member { id: format!("{prefix}asc-{k}").as_str().into(), serves: None, place_before: 0, request }
     };
     (0..n_craft).map(member).collect()
 }
@@ -99,20 +99,21 @@ fn no_schedules_of_several_craft_cost_less_than_their_bound() {
 
 #[test]
 fn the_search_finds_the_least_cost_of_all_assignments() {
+    let mut all_missed = Vec::new();
     for seed in 0..200 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        // Up to 2⁵ and 3³ in full; from there on costs add up, so that moves alone find the best.
+        // Up to 2⁵ and 3⁵ in full; from there on a search, which may miss a little.
         let (n_craft, n) = (rng.random_range(2..=3), rng.random_range(1..=8_usize));
         let is_exact = n_craft << n <= 96;
         let own: Vec<Vec<f64>> =
             (0..n_craft).map(|_| (0..n).map(|_| rng.random_range(1.0..9.0)).collect()).collect();
-        let together = if is_exact { rng.random_range(-0.5..2.0) } else { 0.0 };
+        let together = rng.random_range(-0.1..0.5);
         let cost = |craft: usize, set: u32| {
             let auvs = (0..n).filter(|auv| set & (1 << auv) != 0);
             let sum: f64 = auvs.map(|auv| own[craft][auv]).sum();
             sum * (1.0 + together * f64::from(set.count_ones() - 1))
         };
-        let is_largest = is_exact && rng.random_bool(0.3);
+        let is_largest = rng.random_bool(0.3);
         let all = u32::MAX >> (32 - n);
         let search = Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false);
         let found = search.best(&vec![None; n], 0.0);
@@ -128,8 +129,12 @@ fn the_search_finds_the_least_cost_of_all_assignments() {
             })
             .fold(f64::INFINITY, f64::min);
         assert_eq!(found.exact, is_exact);
-        near(found.cost, least, 1e-9);
+        let missed = found.cost / least - 1.0;
+        assert!((-1e-9..if is_exact { 1e-9 } else { 0.2 }).contains(&missed), "{seed}: {missed}");
+        all_missed.push(missed);
     }
+    all_missed.sort_by(f64::total_cmp);
+    assert!(all_missed[180] < 0.02, "nine of ten: {}", all_missed[180]);
 }
 
 #[test]
@@ -156,7 +161,8 @@ fn a_craft_that_takes_an_auv_over_knows_when_it_was_served() {
         }
         Member {
             id: id.into(),
-            serves: vec![],
+            serves: None,
+            place_before: 0,
             request: PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)),
         }
     };
@@ -198,7 +204,7 @@ fn faults_of_a_fleet_name_its_fields() {
     let mut members = drawn(5, "", 1.0);
     members.resize_with(2, || drawn(5, "", 1.0)[0].clone());
     members[1].request.asc.speed_mps = 1e9;
-    members[1].serves = vec!["nobody".into()];
+    members[1].serves = Some(vec!["nobody".into()]);
     members[1].id = members[0].id.clone();
     members[0].serves = members[1].serves.clone();
     let range = json!([{ "t_s": 0.0, "range_m": 30.0, "sigma_m": 1.0 }]);

@@ -84,7 +84,10 @@ impl StageConstraints {
             snapshot.goal.goal.vehicles().any(|named| named == id)
         };
         let (first, others): (Vec<_>, Vec<_>) = auvs.into_iter().partition(|auv| named(*auv));
-        let auvs = [first, others].concat();
+        // Those that other craft serve last: they limit no range.
+        let (others, of_others): (Vec<_>, Vec<_>) =
+            others.into_iter().partition(|auv| !snapshot.is_of_another(*auv));
+        let auvs = [first, others, of_others].concat();
 
         let sampling = Sampling { frame, times };
         let mut discs: Vec<Disc> = keep_outs
@@ -115,8 +118,7 @@ impl StageConstraints {
                 named: named(*auv),
                 ..sampling.acoustic_range(&forecasts[*auv], range_max, parameters.range_back_off)
             };
-            let others_serve = |auv: &&usize| snapshot.is_part() && !named(**auv);
-            auvs.iter().filter(|auv| !others_serve(auv)).map(range).collect()
+            auvs.iter().filter(|auv| !snapshot.is_of_another(**auv)).map(range).collect()
         });
         let counting = auvs.iter().filter(|auv| is_minimax(snapshot, &snapshot.auvs[**auv].id));
         let minimax = counting.map(|auv| sampling.minimax_range(&forecasts[*auv]));

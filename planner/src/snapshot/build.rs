@@ -14,7 +14,7 @@ use crate::estimate::from_reports::{Before, Estimate, Estimator};
 use crate::estimate::repeats::TRACK_POINTS_MAX;
 use crate::facts::angle::{Heading, wrap};
 use crate::facts::asc::{Asc, AscNow, Limits};
-use crate::facts::auv::Auv;
+use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::bounds::clockwise;
 use crate::facts::goal::Goal;
 use crate::facts::known_path::KnownPath;
@@ -52,7 +52,7 @@ pub struct Snapshot {
     tuned: Box<Tuned>,
     land: Arc<Land>,
     cut_short: bool,
-    is_part: bool,
+    of_others: Vec<VehicleId>,
 }
 
 impl Snapshot {
@@ -104,20 +104,17 @@ impl Snapshot {
         Ok(Self::of_estimates(request, (paths, estimates), land, tuned, due()))
     }
 
-    /// The same moment for another craft of the fleet, that of `request`. The estimates of the AUVs
-    /// and the no-go areas are shared.
-    ///
-    /// # Errors
-    /// All faults of the request.
-    pub(crate) fn beside(&self, request: PlanRequest) -> Result<Self, InvalidRequest> {
-        let paths = request.known_paths()?;
-        let known = (paths, self.estimates.clone());
-        Ok(Self::of_estimates(request, known, self.shared_land(), &self.tuned, self.cut_short))
+    /// The same moment for another craft of the fleet, that of a checked `request`. What is known of
+    /// the AUVs and the no-go areas is shared.
+    pub(crate) fn beside(&self, request: PlanRequest) -> Self {
+        let known = (self.paths.clone(), self.estimates.clone());
+        Self::of_estimates(request, known, self.shared_land(), &self.tuned, self.cut_short)
     }
 
-    /// The moment for a craft that serves the AUVs of `goal` alone, among further `vessels`.
-    pub(crate) fn part(&self, goal: Goal, vessels: &[Vessel]) -> Self {
-        let mut part = Self { is_part: true, ..self.clone() };
+    /// The moment for a craft with this `goal`, among further `vessels`, if other craft serve
+    /// `of_others`.
+    pub(crate) fn part(&self, goal: Goal, vessels: &[Vessel], of_others: Vec<VehicleId>) -> Self {
+        let mut part = Self { of_others, ..self.clone() };
         part.request.goal.goal = goal;
         part.request.traffic.extend_from_slice(vessels);
         part
@@ -150,7 +147,7 @@ impl Snapshot {
             tuned: Box::new(*tuned),
             land,
             cut_short,
-            is_part: false,
+            of_others: Vec::new(),
         }
     }
 
@@ -172,9 +169,9 @@ impl Snapshot {
         self.cut_short
     }
 
-    /// `true` if other craft serve the AUVs that its goal does not name.
-    pub(crate) fn is_part(&self) -> bool {
-        self.is_part
+    /// `true` if another craft serves the AUV, an index.
+    pub(crate) fn is_of_another(&self, auv: usize) -> bool {
+        self.of_others.contains(&self.auvs[auv].id)
     }
 
     /// Its no-go areas.

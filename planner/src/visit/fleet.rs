@@ -169,6 +169,11 @@ impl Fleet {
         fleet
     }
 
+    /// The same problem with other candidates.
+    pub(crate) fn with(&self, candidates: Vec<Candidate>) -> Self {
+        Self { candidates, out_of_reach: Vec::new(), ..*self }
+    }
+
     /// The detours from the craft, `here`, to all candidates, then between these, which are `at`
     /// their present places; the first [`WAYS_MAX`] of them.
     fn find_detours(

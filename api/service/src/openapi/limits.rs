@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use planner::craft::PRESETS;
+use planner::fleet::CRAFT_MAX;
 use planner::los::LawGains;
 use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
 use planner::snapshot::{
@@ -182,7 +183,9 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Steering.why", note),
         ("Step.ticks", between(check::TICKS)),
         ("Step.ticks", default(Step::default().ticks)),
+        ("PreviousFleet.surface_craft", list(0, CRAFT_MAX)),
         ("SurfaceCraft.id", name.clone()),
+        ("SurfaceCraft.serves", list(0, AUVS_MAX)),
         ("Tuning.steps_s", list(*STEPS_COUNT.start(), *STEPS_COUNT.end())),
         ("Tuning.steps_s/items", between(STEP)),
         ("Vessel.id", name),
