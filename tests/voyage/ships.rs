@@ -16,6 +16,8 @@ const NEEDED_S: f64 = 150.0;
 /// Silence after which nobody knows where a vessel is, s, and of which the operator must be told.
 const HEARD_S: f64 = 60.0;
 const TOLD_S: f64 = 240.0;
+/// Time at the end of a voyage for which the operator must have been told, s.
+const MISSED_S: f64 = 20.0;
 
 /// A vessel that keeps its course.
 #[derive(Debug)]
@@ -54,6 +56,10 @@ pub(super) fn drawn(
             1 | 2 => rng.random_range(20.0..90.0),
             _ => 0.0,
         };
+        // One that is never heard again has to be missed by the end of a long voyage.
+        let latest_s = duration_s - TOLD_S - MISSED_S;
+        let silent_s =
+            if lasts_s.is_infinite() && 0.0 < latest_s { silent_s.min(latest_s) } else { silent_s };
         Ship {
             mmsi: 244_000_001 + i,
             start: from + own * (speed * meets_s) + aside - velocity * meets_s,
