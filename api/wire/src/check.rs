@@ -58,7 +58,7 @@ pub(crate) fn envelope_faults(request: &PlanRequest) -> Vec<FieldError> {
     let previous = request.previous_plan.as_ref().and_then(|plan| plan.origin);
     let place = "/previous_plan/origin";
     invalid.extend(previous.iter().flat_map(|before| origin_faults(before, request.origin.as_ref(), place)));
-    invalid.extend(request.origin.iter().flat_map(|origin| wrong_place(origin, "/origin")));
+    invalid.extend(request.origin.iter().filter_map(|origin| wrong_place(origin, "/origin")));
     let deadline = request.deadline_ms;
     invalid.extend(deadline.and_then(|given| FieldError::outside("/deadline_ms", given, &DEADLINE_MS)));
     let bytes = Value::Object(request.metadata.clone()).to_string().len();

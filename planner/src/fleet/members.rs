@@ -63,7 +63,7 @@ impl Member {
             craft: craft.clone(),
             limits: *limits,
             previous_plan: previous_plan.clone(),
-            ..PlanRequest::new(*t_s, asc.clone(), vec![Auv::new("auv", auv)], goal)
+            ..PlanRequest::new(*t_s, *asc, vec![Auv::new("auv", auv)], goal)
         }
     }
 

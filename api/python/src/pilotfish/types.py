@@ -96,11 +96,14 @@ class AscReport(TypedDict):
 class Assignment(TypedDict):
     """Which craft serves which AUVs."""
 
-    # A lower bound on the cost of any assignment of this kind: each AUV has the best craft to itself.
+    # For `visit` a lower bound on the cost of any schedules, 0 if a craft does not reach all AUVs; else an estimate
+    # of one, with the best craft for each AUV alone.
     bound: float
-    # Its cost: for the goal `visit` that of the schedules, in their unit; for `range` the mean of the largest
-    # distance from an AUV over the next quarter of an hour, m; else that of the squared distances from the AUVs,
-    # m².
+    # Time of the last change, s on the request's clock: the next one soon after it has to be better by more.
+    changed_s: float
+    # Its cost: for the goal `visit` that of the schedules, in their unit, with the price of missed deadlines; for
+    # `range` the mean over the next quarter of an hour of the largest distance from an AUV, m; else that of the
+    # squared distances from the AUVs, m².
     cost: float
     # Each craft with the AUVs that it serves, in the request's order. The next request needs it in `previous_plan`.
     craft: list[CraftAssignment]
@@ -2208,7 +2211,7 @@ class SurfaceCraft(TypedDict):
     id: str
     # Its limits, as in a request for one craft.
     limits: NotRequired[Limits | None]
-    # The AUVs that it may serve, such as those whose modem it has. Default: all.
+    # The AUVs that it may serve, such as those whose modem it has; at most 16. Default: all.
     serves: NotRequired[list[str] | None]
 
 
@@ -2288,6 +2291,21 @@ class TrueVehicle(TypedDict):
     speed_mps: float
 
 
+class TrueVessel(TypedDict):
+    """Another vessel of a simulated mission."""
+
+    # Course over ground, rad.
+    course_rad: float
+    # Position east, m.
+    east_m: float
+    # Length over all, m.
+    length_m: float
+    # Position north, m.
+    north_m: float
+    # Speed over ground, m/s.
+    speed_mps: float
+
+
 class Truth(TypedDict):
     """True states in a simulated mission at the time of a plan."""
 
@@ -2303,6 +2321,8 @@ class Truth(TypedDict):
     goal_east_m: float
     # The goal's position north, m.
     goal_north_m: float
+    # The other vessels, by name.
+    vessels: NotRequired[dict[str, TrueVessel]]
 
 
 class Tuning(TypedDict):
