@@ -3,6 +3,8 @@
 
 use nalgebra::Vector2;
 
+use crate::facts::options::ForecastModel;
+use crate::fleet::STRAIGHT_MOST;
 use crate::predict::forecast::AuvForecast;
 use crate::predict::smallest_circle::{Below, nearest_to_all};
 
@@ -31,8 +33,14 @@ impl Company {
     ) -> Self {
         let sum: f64 = auvs.iter().map(|(_, weight)| weight).sum();
         let track = |forecast: &AuvForecast| {
-            let at = (0..INSTANTS).map(|i| forecast.at(STEP * i as f64));
-            at.map(|motion| Below { position: motion.position, depth: 0.0 }).collect()
+            let here = forecast.at(0.0).position;
+            let has_path = forecast.likeliest().model == ForecastModel::Path;
+            let at = |time: f64| {
+                let ahead = forecast.at(time).position - here;
+                let straight = STRAIGHT_MOST / time * -(-time / STRAIGHT_MOST).exp_m1();
+                if has_path || time <= 0.0 { here + ahead } else { here + ahead * straight }
+            };
+            (0..INSTANTS).map(|i| Below { position: at(STEP * i as f64), depth: 0.0 }).collect()
         };
         Self {
             craft,

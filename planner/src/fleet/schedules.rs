@@ -1,15 +1,12 @@
 //! The cost of a craft that visits AUVs: that of the best schedule of a short search.
 
 use crate::facts::visit::{Reduce, Visits};
+use crate::fleet::STRAIGHT_MOST;
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
 use crate::visit::fleet::{Candidate, Fleet, SchedulingParameters};
 use crate::visit::memory::Memory;
 use crate::visit::schedule::Scheduler;
-
-/// Longest time for which an AUV without a path is foreseen to keep its course, s: who serves whom
-/// is better decided by where AUVs are than by where they would be if they never turned.
-const STRAIGHT_MOST: f64 = 60.0;
 
 /// Visits tried for the cost of a set of AUVs.
 const TRIED: usize = 60;
