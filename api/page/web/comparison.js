@@ -140,7 +140,7 @@ function scoresTable(runs, over, until) {
   const gains = runs.map(({ recording: { scene } }) => el("td", { class: "information" }, gainWords(scene)));
   const information = runs.map(({ recording }) => el("td", { class: "information" }, recording.scene.information ?? "–"));
   return el("table", {},
-    el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "metric (less is better)"), runs.map((run) => el("th", { scope: "col" }, swatch(run.colour), named(run.name))), el("th", { scope: "col" }, "best"))),
+    el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "metric (less is better, unless it says more)"), runs.map((run) => el("th", { scope: "col" }, swatch(run.colour), named(run.name))), el("th", { scope: "col" }, "best"))),
     el("tbody", {}, rows, el("tr", {}, el("th", { scope: "row" }, "gains"), gains, el("td", {})), el("tr", {}, el("th", { scope: "row" }, "information given"), information, el("td", {}))));
 }
 

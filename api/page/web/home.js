@@ -82,7 +82,7 @@ function find(gallery, words) {
 
 /** @param {any} scenario @param {Context} context */
 function card(scenario, context) {
-  const { rms_m, law = "saturated_los" } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
+  const { rms_m, law } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
   const run = el("button", {
     type: "button", class: "primary", disabled: forbidden, "aria-label": `Run ${scenario.name}`, onclick: async () => {
       fill(said, "Starting…");
@@ -99,7 +99,7 @@ function card(scenario, context) {
   const compare = el("button", { type: "button", disabled: forbidden, "aria-label": `Compare ${scenario.name}`, onclick: () => context.go(`#/compare?${new URLSearchParams({ scenario: scenario.name, seed: String(seedOf()) })}`) }, "Compare");
   const bar = (/** @type {string} */ colour, /** @type {string} */ name, /** @type {number} */ value) => el("p", { class: "bar", style: `--bar: var(--${colour}); --share: ${(100 * value) / Math.max(...rms_m)}%` }, `${number(value, 2, "m")} ${name}`);
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
-    el("p", { class: "about" }, duration(scenario.duration_s)), rms_m && [bar("plan", "planner", rms_m[0]), bar("los", `${methodName(law)}${scenario.law ? ", tuned" : ""}`, rms_m[1])],
+    el("p", { class: "about" }, duration(scenario.duration_s)), rms_m && [bar("plan", "planner", rms_m[0]), bar("los", `${methodName(law)}, tuned`, rms_m[1])],
     el("div", { class: "row" }, run, compare), said);
 }
 

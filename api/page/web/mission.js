@@ -322,13 +322,16 @@ export class MissionView {
 /** What a mission without a plan waits for. @param {import("./recording.js").Recording} recording */
 function beginning({ live, mission: { id }, scene }) {
   if (!live) return [el("p", {}, "No plan yet.")];
-  const ids = scene.auvs ?? [], { origin } = location, auvs = ids.map((name, i) => `--auv ${i + 2}='${name}'`).join(" ");
-  const report = `"t_s":'$(date +%s)',`, at = `"north_m":0,"east_m":0`;
-  const body = `{"auvs":{"${ids[0] ?? "auv-1"}":[{${report}${at},"sigma_m":2}]},"asc":[{${report}"state":{${at},"heading_rad":0,"speed_mps":0}}]}`;
+  const ids = scene.auvs ?? [], { origin } = location, shell = (/** @type {string} */ text) => `'${text.replaceAll("'", "'\\''")}'`;
+  const auvs = ids.map((name, i) => `--auv ${i + 2}=${shell(name)}`).join(" "), at = { t_s: "NOW", north_m: 0, east_m: 0 };
+  const state = { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0 };
+  const report = JSON.stringify({ auvs: { [ids[0] ?? "auv-1"]: [{ ...at, sigma_m: 2 }] }, asc: [{ t_s: "NOW", state }] });
+  const body = shell(report).replaceAll(':"NOW"', ":'$(date +%s)'");
   return [
     el("p", {}, "No plan yet: the mission has to run, and waits for fixes of its AUVs and the state of its craft. A bridge reports them:"),
     el("pre", { class: "code" }, `pilotfish bridge mavlink --url ${origin} --mission ${id} --connect serial:/dev/ttyACM0:115200 ${auvs}`),
-    el("p", {}, "So does any other program:"), el("pre", { class: "code" }, `curl -s ${origin}/v1/missions/${id}/reports -H 'content-type: application/json' -d '${body}'`),
+    el("p", {}, "So does any other program. The numbers here are examples: put in those of your vehicles (and, where tokens are used, -H 'authorization: Bearer …')."),
+    el("pre", { class: "code" }, `curl -s ${origin}/v1/missions/${id}/reports -H 'content-type: application/json' -d ${body}`),
   ];
 }
 

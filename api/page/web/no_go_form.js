@@ -58,6 +58,7 @@ export class FileOrders {
     }
     if (!areas?.length) return this.route.takeFile(file);
     this.details.open = true;
+    [this.drawn, this.held, this.begun] = [undefined, undefined, undefined];
     this.take(areas, file.name);
   }
 
@@ -66,16 +67,23 @@ export class FileOrders {
     this.areas = areas;
     const corners = areas.reduce((sum, { polygon, holes = [] }) => sum + [polygon, ...holes].flat().length, 0);
     if (!areas.length) this.draw(false);
-    fill(this.about, file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go areas`);
-    this.send.disabled = this.disabled || !areas.length;
+    fill(this.about, this.isStale ? STALE : file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go areas`);
+    this.send.disabled = this.disabled || this.isStale || !areas.length;
     this.redraw();
+  }
+
+  /** Whether the mission's areas changed since a drawing began from them. */
+  get isStale() {
+    return this.begun !== undefined && this.begun !== JSON.stringify(this.own);
   }
 
   /** Begins an area on the map, beside those that the mission has, or ends that. @param {boolean} on */
   draw(on) {
     [this.drawing, this.drawn] = [on, undefined];
     this.pen.setAttribute("aria-pressed", String(on));
-    if (on && !this.areas.length) this.areas = structuredClone(this.own);
+    if (on && !this.areas.length) [this.areas, this.begun] = [structuredClone(this.own), JSON.stringify(this.own)];
+    // Nothing was drawn, or of what is gone.
+    if (!on && (this.isStale || this.begun === JSON.stringify(this.areas))) [this.areas, this.begun] = [[], undefined];
     this.redraw();
   }
 
@@ -83,6 +91,12 @@ export class FileOrders {
   corners() {
     const rings = this.areas.flatMap(({ polygon, holes = [] }) => [polygon, ...holes]);
     return rings.flatMap((ring) => ring.map((corner, i) => ({ ring, i, north: this.placeOf(corner)[0], east: this.placeOf(corner)[1] })));
+  }
+
+  /** The corners that can be moved and removed: of many, those of the area that is drawn alone. */
+  marked() {
+    const all = this.corners();
+    return all.length <= MARKED_MAX ? all : all.filter(({ ring }) => ring === this.drawn?.polygon);
   }
 
   /** Whether taps on the map are for areas, or for the route. */
@@ -98,7 +112,7 @@ export class FileOrders {
   press(at, near) {
     if (!this.drawing) return false;
     const off = (/** @type {Place} */ { north, east }) => Math.hypot(north - at.north, east - at.east);
-    [this.held] = this.corners().filter((corner) => off(corner) < near).sort((a, b) => off(a) - off(b));
+    [this.held] = this.marked().filter((corner) => off(corner) < near).sort((a, b) => off(a) - off(b));
     return this.held !== undefined;
   }
 
@@ -128,9 +142,9 @@ export class FileOrders {
 
   /** What is drawn, with the areas to send and the route. @param {import("./types.js").Overlay} drawn @param {import("./background.js").Origin | null | undefined} origin @returns {import("./types.js").Overlay} */
   over(drawn, origin) {
-    const plane = origin && tangentPlane(origin), corners = this.drawing ? this.corners() : [];
+    const plane = origin && tangentPlane(origin);
     this.placeOf = (corner) => (Array.isArray(corner) ? corner : plane ? plane(corner.lon_deg, corner.lat_deg) : [NaN, NaN]);
-    const marks = corners.length <= MARKED_MAX ? corners.map(({ north, east }) => ({ north, east, kind: /** @type {const} */ ("handle"), colour: "button" })) : [];
+    const marks = (this.drawing ? this.marked() : []).map(({ north, east }) => ({ north, east, kind: /** @type {const} */ ("handle"), colour: "button" }));
     return { ...drawn, lines: [...drawn.lines, ...noGoLines(this.areas, this.placeOf), ...this.route.lines(origin)], marks: [...drawn.marks, ...marks] };
   }
 
@@ -139,11 +153,12 @@ export class FileOrders {
     this.route.became(scene?.auvs ?? [], disabled);
     this.disabled = this.file.disabled = this.pen.disabled = disabled;
     if (disabled && this.drawing) this.draw(false);
-    const own = setting?.no_go ?? scene?.no_go ?? [], isOther = this.own.length !== own.length;
+    const own = setting?.no_go ?? scene?.no_go ?? [], isOther = JSON.stringify(this.own) !== JSON.stringify(own);
     this.remove.disabled = disabled || !own.length;
-    this.send.disabled = disabled || !this.areas.length;
     this.own = own;
+    this.send.disabled = disabled || this.isStale || !this.areas.length;
     if (isOther && !this.areas.length) this.take([]);
+    if (this.isStale) fill(this.about, STALE);
   }
 }
 

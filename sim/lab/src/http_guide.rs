@@ -176,9 +176,10 @@ impl HttpGuide {
         let serves = serves(snapshot, &answer)?;
         let predicted_rms = answer.pointer("/predicted/rms_error_m").and_then(Value::as_f64);
         let method = Method::deserialize(&answer["method"]).ok();
+        let manoeuvre = answer.pointer("/avoidance/manoeuvre/heading_rad").and_then(Value::as_f64);
         self.metadata = metadata(&answer)?;
         self.previous_plan = answer["trajectory"].is_array().then_some(answer);
-        Ok(Guidance { reference, method, predicted_rms, serves, manoeuvre: None, solve_time: None })
+        Ok(Guidance { reference, method, predicted_rms, serves, manoeuvre, solve_time: None })
     }
 }
 

@@ -88,8 +88,8 @@ fn count(n: usize) -> Option<f64> {
     Some(n as f64)
 }
 
-/// The columns. Less is better in each, but for `duration_s`, `visits`, `first_turn_rad` and the counts
-/// of answers and passed vessels.
+/// The columns. Less is better in each, but for `duration_s`, `visits`, `vessel_least_m`,
+/// `first_turn_rad` and the counts of answers and passed vessels.
 pub(super) const SCORES: [Number; 45] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
