@@ -59,7 +59,7 @@ const LATER_S: [(Kind, f64); 2] = [(Kind::AuvSilent, 15.0), (Kind::RudderStuck, 
 
 #[test]
 fn no_display_reports_steering_three_seconds_after_a_fault() {
-    let wires = [Wire::Mavlink, Wire::Moos, Wire::Imc];
+    let wires = [Wire::Mavlink, Wire::Moos];
     for (kind, wire) in Kind::SHOWN.into_iter().flat_map(|kind| wires.map(|wire| (kind, wire))) {
         let only = Some(kind);
         let voyage = sail(1, Course { only, wire, ..COURSE });
