@@ -270,10 +270,11 @@ impl AutopilotLink {
         }
     }
 
-    /// Stops the craft when the bridge falls silent, if it may still be steered and has no watchdog.
+    /// Stops the craft when the bridge falls silent, if it may still be steered by what was heard
+    /// last and has no watchdog.
     pub(crate) fn fall_silent(&mut self, now: f64) {
-        let Control::Reported(Some((newest, age))) = self.control(now) else { return };
-        if !newest.may_be_steered() || HEARTBEAT_AGE_MAX_S < age {
+        let Control::Reported(Some((newest, _))) = self.control(now) else { return };
+        if !newest.may_be_steered() {
             return;
         }
         match self {

@@ -111,9 +111,11 @@ const LISTEN: Duration = Duration::from_millis(100);
 const PARAMETERS_WAIT_S: f64 = 5.0;
 /// Time to wait for positions that agree, one of which becomes the origin of a new mission.
 const ORIGIN_WAIT: Duration = Duration::from_secs(20);
-/// Time for which a stop is repeated, s, and how often it is at the bridge's end: datagrams are lost.
+/// Time for which a stop is repeated, s, and how often it is at the bridge's end, and after which
+/// time: datagrams are lost, some at a time.
 const STOPS_S: f64 = 1.0;
 const STOPS: usize = 3;
+const BETWEEN_STOPS: Duration = Duration::from_millis(100);
 /// Time between two requests to the autopilot, s.
 const REQUEST_INTERVAL_S: u64 = 5;
 /// Time between two status lines in the log book of a network, s.
@@ -307,15 +309,15 @@ impl Bridge {
             self.tick(&link);
             if link.is_over {
                 tracing::info!("the mission is over");
-                self.tell_end(SteeringState::Waiting, "the mission is over");
+                self.tell_end(SteeringState::Waiting, "the mission is over").await;
                 return Ok(());
             }
             if let (true, Some(trouble)) = (link.has_failed, link.trouble) {
-                self.tell_end(SteeringState::NotSteering, &trouble);
+                self.tell_end(SteeringState::NotSteering, &trouble).await;
                 return Err(MissionError(trouble));
             }
         }
-        self.tell_end(SteeringState::Waiting, "the bridge ends");
+        self.tell_end(SteeringState::Waiting, "the bridge ends").await;
         Ok(())
     }
 
@@ -447,12 +449,16 @@ impl Bridge {
     }
 
     /// Tells the ground station that the bridge ends, and the reason.
-    fn tell_end(&mut self, state: SteeringState, cause: &str) {
+    async fn tell_end(&mut self, state: SteeringState, cause: &str) {
         let steering = Steering { state, cause: cause.to_owned() };
         if !self.settings.dry_run {
             if let (true, Some(craft)) = (self.decision.is_sending(), self.telemetry.state()) {
-                for _ in 0..STOPS {
+                for stop in 0..STOPS {
+                    if 0 < stop {
+                        self.clock().sleep(BETWEEN_STOPS).await;
+                    }
                     self.autopilot.release(craft.heading);
+                    self.autopilot.fall_silent(self.now_s());
                 }
             }
             self.autopilot.show(self.now_s(), &steering.to_string(), &LinkStatus::default());

@@ -79,8 +79,9 @@ pub(crate) fn complete(live: &mut Value, parameters: &Parameters, heading_held: 
     if let Some(mut limits) = declared::<DeclaredLimits>(live, "limits") {
         let steerage_way = parameters.steerage_way().filter(|_| heading_held.is_some());
         // A plan of more would find that the craft does not follow.
-        limits.speed_max_mps =
-            [limits.speed_max_mps, parameters.speed_max()].into_iter().flatten().reduce(f64::min);
+        let fastest = [limits.speed_max_mps, parameters.speed_max()].into_iter().flatten().reduce(f64::min);
+        let is_above = |fastest: &f64| limits.speed_min_mps.is_none_or(|slowest| slowest < 0.9 * fastest);
+        limits.speed_max_mps = fastest.filter(is_above).or(limits.speed_max_mps);
         let half = 0.5 * limits.speed_max_mps.unwrap_or(f64::INFINITY);
         limits.speed_min_mps = limits.speed_min_mps.or(at_most(steerage_way, half));
         limits.turn_rate_max_radps = limits.turn_rate_max_radps.or(turn_rate);

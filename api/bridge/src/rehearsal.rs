@@ -60,7 +60,9 @@ impl Rehearsal {
     /// Waits until `t_s` of the rehearsal, s, says where its vehicles are, and returns what steers
     /// the craft.
     pub fn say(&mut self, t_s: f64, craft: &Vehicle, auvs: &[Vehicle]) -> Option<Reference> {
-        let wait = Duration::from_secs_f64(t_s).saturating_sub(self.clock.since(self.begin));
+        // A craft's clock that is set back does not stop the rehearsal.
+        let due = Duration::try_from_secs_f64(t_s).unwrap_or_default();
+        let wait = due.saturating_sub(self.clock.since(self.begin));
         #[expect(clippy::disallowed_methods, reason = "the simulator's thread does nothing else")]
         std::thread::sleep(wait);
         let unix_s = self.clock.unix_s();

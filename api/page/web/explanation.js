@@ -34,6 +34,7 @@ export function explanation({ after_s, goal, asc, line_of_sight, line_of_sight_r
 
 /** A predicted cost beside that of the law: bare costs have no unit that a person knows. @param {number} cost @param {number} law */
 export function besideLaw(cost, law) {
+  if (!Number.isFinite(cost) || !(law > 0)) return "–";
   const less = 100 * (1 - cost / law);
   return Math.abs(less) >= 0.05 ? `${number(Math.abs(less), 1, "%")} ${less > 0 ? "less" : "more"} than line of sight` : "as much as line of sight";
 }

@@ -14,6 +14,9 @@ import { RouteDraft } from "./route_form.js";
 /** Most corners that are marked on the map. */
 const MARKED_MAX = 300;
 
+/** Said of a drawing that began from other areas than the mission has now. */
+const STALE = "The mission's areas changed meanwhile: end the drawing, and begin it again";
+
 /** Most bytes of a name that a mission takes, less than so many letters. */
 const NAME_MAX = 16;
 
@@ -29,6 +32,8 @@ export class FileOrders {
     this.own = [];
     /** Whether taps on the map draw, the area that they draw, and the corner that is pressed. */
     this.drawing = false;
+    /** The mission's areas from which the drawing began, as JSON. */
+    this.begun = /** @type {string | undefined} */ (undefined);
     this.drawn = /** @type {Area | undefined} */ (undefined);
     this.held = /** @type {{ ring: Corner[], i: number } | undefined} */ (undefined);
     this.disabled = false;
@@ -66,7 +71,10 @@ export class FileOrders {
   take(areas, file) {
     this.areas = areas;
     const corners = areas.reduce((sum, { polygon, holes = [] }) => sum + [polygon, ...holes].flat().length, 0);
-    if (!areas.length) this.draw(false);
+    if (!areas.length) {
+      this.begun = undefined;
+      this.draw(false);
+    }
     fill(this.about, this.isStale ? STALE : file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go areas`);
     this.send.disabled = this.disabled || this.isStale || !areas.length;
     this.redraw();

@@ -16,6 +16,9 @@ use crate::{Origin, on_earth};
 
 /// Number of the craft as a system; those of its AUVs follow.
 const CRAFT: u16 = 0x2C80;
+
+/// Ends a plan.
+const END: u8 = 1;
 /// `Announce.sys_type`.
 const USV: u8 = 3;
 const UUV: u8 = 2;
@@ -57,6 +60,9 @@ impl ImcVehicles {
     /// Takes a piece of the wire at `t_s`.
     pub(crate) fn take(&mut self, piece: &Received, t_s: f64) {
         for packet in self.packets.push(&piece.bytes, piece.is_datagram) {
+            if ![CRAFT, ALL].contains(&packet.header.destination) {
+                continue;
+            }
             match packet.message {
                 Some(Message::PlanControl(plan)) if plan.kind == REQUEST => self.order(plan, t_s),
                 Some(Message::Reference(place)) => {
@@ -84,8 +90,8 @@ impl ImcVehicles {
                 self.answers.push(arg.clone().into());
                 (self.follows, self.reference) = (Some((arg, t_s)), None);
             }
-            // Another plan, or a stop.
-            _ => return (self.follows, self.reference) = (None, None),
+            (START | END, _) => return (self.follows, self.reference) = (None, None),
+            _ => return,
         }
         self.answers.push(PlanControlState { state, plan_id, ..PlanControlState::default() }.into());
     }
