@@ -34,6 +34,13 @@ pub struct Guidance {
     pub solve_time: Option<Duration>,
 }
 
+impl From<Reference> for Guidance {
+    /// A reference of which nothing else is known.
+    fn from(reference: Reference) -> Self {
+        Self { reference, method: None, predicted_rms: None, serves: None, manoeuvre: None, solve_time: None }
+    }
+}
+
 /// A guidance law, with its state.
 pub trait Guide {
     /// Its name in records.
@@ -132,13 +139,11 @@ impl Guide for LosGuide {
         let through_water = self.tracking.steer(snapshot.t_s, &asc, &target, limits);
         let craft = snapshot.craft_prior().craft;
         let schedule = self.chosen.as_ref().and_then(|chosen| chosen.schedule.as_ref());
+        let reference = craft.command(&through_water, &asc.current, limits.speed_max);
         Ok(Guidance {
-            reference: craft.command(&through_water, &asc.current, limits.speed_max),
             method: Some(Method::from(self.tracking.law())),
-            predicted_rms: None,
             serves: served(snapshot, schedule),
-            manoeuvre: None,
-            solve_time: None,
+            ..reference.into()
         })
     }
 }

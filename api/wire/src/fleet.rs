@@ -190,8 +190,8 @@ impl FleetRequest {
         &self.craft[0].request
     }
 
-    /// The checked fleet, in the frame at its first craft if it has an origin. Once `due`, estimates
-    /// use the newest reports alone.
+    /// The checked fleet, in the frame at its first craft if it has an origin. Once `due`,
+    /// estimates use the newest reports alone.
     ///
     /// # Errors
     /// All faults of the request.

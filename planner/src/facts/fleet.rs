@@ -11,12 +11,12 @@ pub struct Assignment {
     /// Each craft with the AUVs that it serves, in the request's order. The next request needs it
     /// in `previous_plan`.
     pub craft: Vec<CraftAssignment>,
-    /// Its cost: for the goal `visit` that of the schedules, in their unit, with the price of missed
-    /// deadlines; for `range` the mean over the next quarter of an hour of the largest distance
+    /// Its cost: for the goal `visit` that of the schedules, in their unit, with the price of
+    /// missed deadlines; for `range` the mean over the next quarter of an hour of the largest distance
     /// from an AUV, m; else that of the squared distances from the AUVs, m².
     pub cost: f64,
-    /// For `visit` a lower bound on the cost of any schedules, 0 if a craft does not reach all AUVs;
-    /// else an estimate of one, with the best craft for each AUV alone.
+    /// For `visit` a lower bound on the cost of any schedules, 0 if a craft does not reach all
+    /// AUVs; else an estimate of one, with the best craft for each AUV alone.
     pub bound: f64,
     /// `true` if all assignments were compared, instead of the most promising ones.
     pub exact: bool,

@@ -147,12 +147,11 @@ impl Fleet {
         faults
     }
 
-    /// The fleet of `members`, at least one, without faults, whose previous assignment was `before`;
-    /// `gone` are its craft that are no longer there. Once `due`, estimates use the newest reports
-    /// alone.
+    /// The fleet of `members`, at least one and without faults. `before` is its previous
+    /// assignment, `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
     ///
     /// # Errors
-    /// The faults of the request of the craft that remembers AUVs for all.
+    /// The faults of the first member's request with the memory of all.
     pub fn new(
         mut members: Vec<Member>,
         (before, gone): (Option<&Assignment>, &[Member]),
@@ -273,7 +272,7 @@ impl Fleet {
         Some(snapshot.part(goal, vessels, of_others))
     }
 
-    /// A craft, by index, as the craft after it see it: with its `plan`, or as it stays where it is.
+    /// The vessel that the craft after this one, an index, see: with its `plan`, or at rest.
     pub fn as_vessel(&self, craft: usize, plan: Option<&Plan>) -> Vessel {
         let snapshot = &self.snapshots[craft];
         let (asc, now) = (&snapshot.asc, snapshot.t_s);

@@ -20,7 +20,8 @@ pub(super) struct Schedules {
 }
 
 impl Schedules {
-    /// That of the craft of `snapshot`, one of `n_craft`, over the time of the `first` one's.
+    /// The problem of the craft of `snapshot`, one of `n_craft`, over the same time as that of the
+    /// `first` craft.
     pub(super) fn new(
         (snapshot, visits): (&Snapshot, &Visits),
         scheduler: &Scheduler<'_>,

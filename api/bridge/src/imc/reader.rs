@@ -63,7 +63,7 @@ pub(crate) struct ImcReader {
     fixed: BTreeMap<String, f64>,
     /// `true` in the mode SERVICE, in which DUNE takes plans.
     pub(crate) is_ready: bool,
-    /// DUNE's answer to a plan of FollowReference, or its reason to refuse it; none before it answers.
+    /// The answer of DUNE to a plan of FollowReference, with its reason if it refuses.
     pub(crate) takes_plan: Option<Result<(), String>>,
 }
 

@@ -329,7 +329,7 @@ fn fix_of_position(auv: String, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) 
     })
 }
 
-/// What the autopilot heard of a vessel by AIS. Values without their flag, and headings beyond a
+/// Reads a vessel that the autopilot heard by AIS. Values without their flag, and headings beyond a
 /// circle, are not known.
 fn vessel_message(at: &AIS_VESSEL_DATA) -> VesselMessage {
     let valid = |flag: AisFlags, value: f64| at.flags.contains(flag).then_some(value);

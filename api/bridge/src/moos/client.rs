@@ -181,8 +181,8 @@ impl MoosClient {
         events
     }
 
-    /// `t_s` if it may be the time of what arrived at `unix_s`, else that: what would be measured in
-    /// the future seems new for too long.
+    /// The time of a message that says `t_s` and arrived at `unix_s`: a time ahead of its arrival
+    /// would seem new for too long, so the arrival counts.
     fn dated(&mut self, t_s: f64, unix_s: f64) -> f64 {
         let age_s = unix_s - t_s;
         if !(-EARLY_S..=LATE_MAX_S).contains(&age_s) {

@@ -30,7 +30,7 @@ impl MoosVehicles {
         None
     }
 
-    /// What steers the craft now.
+    /// The reference by which the craft is steered now.
     pub(crate) fn reference(&self, unix_s: f64) -> Option<Reference> {
         let [heading, speed] = self.desired.map(|desired| {
             let (number, at_s) = desired?;

@@ -21,7 +21,7 @@ pub(crate) enum Work {
     /// The plans of all laws.
     Comparison,
     Batch,
-    /// The plans of a fleet, and who serves whom.
+    /// The assignment and the plans of a fleet.
     Fleet,
     /// A check of a snapshot, a route of a file or the scene of a mission.
     Reading,

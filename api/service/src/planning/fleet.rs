@@ -1,4 +1,4 @@
-//! The plans of a fleet: who serves whom, then a plan for each craft among those before it.
+//! Plans for a fleet: assigns AUVs to craft, then plans for each craft among those before it.
 
 use std::sync::Arc;
 

@@ -27,14 +27,7 @@ impl Guide for WireGuide {
         // As one whose references end, it stops.
         let (speed, heading) =
             steered.map_or((0.0, craft.heading), |reference| (reference.speed, reference.heading));
-        Ok(Guidance {
-            reference: Reference { speed, heading: Heading::new(heading) },
-            method: None,
-            predicted_rms: None,
-            serves: None,
-            manoeuvre: None,
-            solve_time: None,
-        })
+        Ok(Reference { speed, heading: Heading::new(heading) }.into())
     }
 }
 

@@ -57,14 +57,7 @@ impl Guide for GreedyGuide {
             .map(|heading| (heading, left(heading)))
             .min_by(|a: &(f64, f64), b| a.1.total_cmp(&b.1))
             .map_or(bow, |(heading, _)| heading);
-        Ok(Guidance {
-            reference: Reference { speed, heading: Heading::new(heading) },
-            method: None,
-            predicted_rms: None,
-            serves: None,
-            manoeuvre: None,
-            solve_time: None,
-        })
+        Ok(Reference { speed, heading: Heading::new(heading) }.into())
     }
 }
 

@@ -20,14 +20,8 @@ impl Guide for GoalRecorder {
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         self.0.borrow_mut().push(snapshot.goal.goal.clone());
-        Ok(Guidance {
-            reference: Reference { speed: 0.0, heading: Heading::new(0.0) },
-            method: Some(Method::Hold),
-            predicted_rms: None,
-            serves: None,
-            manoeuvre: None,
-            solve_time: None,
-        })
+        let reference = Reference { speed: 0.0, heading: Heading::new(0.0) };
+        Ok(Guidance { method: Some(Method::Hold), ..reference.into() })
     }
 }
 
