@@ -27,7 +27,8 @@ for now in range(1200):
     request = {"schema_version": "1.0", "t_s": now, "surface_craft": fleet, "auvs": auvs, "goal": goal}
     answer = client.plan_fleet(request, answer)
     for one in answer["surface_craft"]:
-        speed, heading = one["reference"]["speed_mps"], one["reference"]["heading_rad"]
+        reference = one["plan"]["reference"]
+        speed, heading = reference["speed_mps"], reference["heading_rad"]
         north, east, _ = craft[one["id"]]
         craft[one["id"]] = [north + speed * math.cos(heading), east + speed * math.sin(heading), heading]
     before, served = served, "; ".join(f"{one['id']}: {', '.join(one['auvs'])}" for one in answer["assignment"]["craft"])

@@ -15,7 +15,7 @@ use std::{env, error::Error};
 use nalgebra::Vector2;
 use planner::angle::{Course, Heading, direction, wrap};
 use planner::fleet::{Assignment, CraftAssignment, Fleet, Member};
-use planner::snapshot::{Limits, Reduce, VehicleId, Vessel, Visits};
+use planner::snapshot::{Limits, Reduce, VehicleId, Visits};
 use planner::stop::Stop;
 use planner::{Asc, Auv, AuvState, Goal, Parameters, PlanRequest, PreviousPlan, Workspace, plan};
 use rand::{RngExt, SeedableRng};
@@ -259,21 +259,16 @@ impl Flight<'_> {
         let begun = std::time::Instant::now();
         let fleet = self.fleet(t)?;
         let assignment = self.assign(t, &fleet);
-        let spare = (0..self.craft.len()).filter(|k| assignment.craft[*k].auvs.is_empty());
-        let mut ahead: Vec<Vessel> = spare.map(|k| fleet.as_vessel(k, None)).collect();
-        let mut references = vec![];
+        let parameters = Parameters::default();
+        let workspace = &mut self.workspace;
+        let plans = fleet.plans(&assignment, |snapshot, _| plan(&snapshot, &parameters, workspace));
+        let references =
+            plans.iter().map(|plan| (plan.reference.speed, plan.reference.heading.radians())).collect();
         self.plans.clear();
-        for (k, craft) in self.craft.iter().enumerate() {
-            let Some(snapshot) = fleet.snapshot(k, &assignment, &ahead) else {
-                references.push((0.0, craft.heading));
-                continue;
-            };
-            let planned = plan(&snapshot, &Parameters::default(), &mut self.workspace);
-            ahead.push(fleet.as_vessel(k, Some(&planned)));
-            references.push((planned.reference.speed, planned.reference.heading.radians()));
-            let mut previous = PreviousPlan::from(&planned);
-            let own = &assignment.craft[k].auvs;
-            previous.targets.iter_mut().for_each(|targets| targets.retain(|target| own.contains(&target.id)));
+        for (k, (craft, planned)) in self.craft.iter().zip(&plans).enumerate() {
+            let mut previous = PreviousPlan::from(planned);
+            let keep = |id: &VehicleId| Fleet::tells_of(k, &assignment, id);
+            previous.targets.iter_mut().for_each(|targets| targets.retain(|target| keep(&target.id)));
             self.plans.insert(craft.id.clone(), previous);
         }
         self.before = Some(assignment);

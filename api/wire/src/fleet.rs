@@ -1,6 +1,5 @@
 //! Requests and answers of fleets: several craft that share the AUVs.
 
-use planner::angle::Heading;
 use planner::fleet::{Assignment, CRAFT_MAX, Fleet, Member, SlotUse};
 use planner::snapshot::AUVS_MAX;
 use serde::{Deserialize, Serialize};
@@ -11,7 +10,7 @@ use utoipa::ToSchema;
 use super::check::{envelope_faults, origin_faults};
 use super::json::{BodyError, Json, Node, ShapeError, parse};
 use super::read::in_metres;
-use super::response::{Outcome, PlanResponse, Reference};
+use super::response::{Outcome, PlanResponse};
 use super::{
     Asc, CraftDescription, CraftFrame, DeclaredLimits, FieldError, PlanRequest, PreviousPlan, VehicleId,
 };
@@ -77,35 +76,21 @@ pub struct FleetResponse {
 }
 
 /// What one craft of a fleet is to do.
-#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct CraftPlan {
     /// Its name.
     #[schema(value_type = String)]
     pub id: VehicleId,
-    /// Reference to steer now: that of the plan, or a stop for a spare craft.
-    pub reference: Reference,
-    /// Its plan, with those AUVs in `targets` that it serves; absent for a spare craft.
-    pub plan: Option<PlanResponse>,
+    /// Its plan, with those AUVs in `targets` that it serves; of the method `hold`, a stop, for a
+    /// spare craft.
+    pub plan: PlanResponse,
 }
 
 impl CraftPlan {
-    /// The plan of the craft `id`, with those AUVs in its `targets` that `keep` names.
-    pub fn new(id: VehicleId, mut plan: PlanResponse, keep: impl Fn(&VehicleId) -> bool) -> Self {
-        plan.targets.retain(|target| keep(&target.id));
-        Self { id, reference: plan.reference, plan: Some(plan) }
-    }
-
-    /// A craft without AUVs to serve, which keeps its heading at time `t_s` and stops for
-    /// `validity`, s.
-    pub fn spare(id: VehicleId, (heading, t_s): (Heading, f64), validity: f64) -> Self {
-        let reference = Reference {
-            speed_mps: 0.0,
-            heading_rad: heading.radians(),
-            heading_deg: heading.compass_degrees(),
-            valid_until_s: t_s + validity,
-        };
-        Self { id, reference, plan: None }
+    /// The plan of the craft at an index, by `assignment`.
+    pub fn new(craft: usize, assignment: &Assignment, mut plan: PlanResponse) -> Self {
+        plan.targets.retain(|target| Fleet::tells_of(craft, assignment, &target.id));
+        Self { id: assignment.craft[craft].id.clone(), plan }
     }
 }
 
@@ -119,6 +104,12 @@ pub struct FleetRequest {
 }
 
 impl FleetRequest {
+    /// The request of `craft`, at least one, with the previous assignment. Of those that are `gone`
+    /// only the previous plan counts.
+    pub fn new(craft: Vec<Member>, before: Option<Assignment>, gone: Vec<Member>) -> Self {
+        Self { craft, before, gone }
+    }
+
     /// Reads `body`, an object with `surface_craft`.
     pub fn read(body: &[u8]) -> Result<Self, BodyError> {
         in_metres(parse(body)?, None, Self::of)

@@ -84,6 +84,12 @@ pub struct Plan {
     pub goal_is_reachable: bool,
 }
 
+impl AsRef<Self> for Plan {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 impl From<&Plan> for PreviousPlan {
     /// The members that the next request returns.
     fn from(plan: &Plan) -> Self {

@@ -88,7 +88,9 @@ pub(crate) fn select_answer(
     // 4. The program, unless the goal depends on a report that is too old.
     let stale = |auv: usize| parameters.is_stale(&snapshot.estimates()[auv]);
     let mut program = Scp { horizon: sailed, stop, solve, programs };
-    let scp = if goal.needs_now().any(stale) {
+    let scp = if snapshot.stands_by() {
+        ScpResult { degraded: None, ..ScpResult::none(Degraded::Deadline) }
+    } else if goal.needs_now().any(stale) {
         ScpResult::none(Degraded::StaleReport)
     } else if snapshot.cut_short() {
         ScpResult::none(Degraded::Deadline)
@@ -97,12 +99,13 @@ pub(crate) fn select_answer(
     };
     // 5. The level that answers.
     let distance = (goal.at(0.0).position - snapshot.asc.position()).norm();
+    let distance = if snapshot.stands_by() { 0.0 } else { distance };
     let mut craft = answered(snapshot, distance);
-    let is_stale = scp.degraded == Some(Degraded::StaleReport);
+    let is_held = snapshot.stands_by() || scp.degraded == Some(Degraded::StaleReport);
     let planned = best_level(sailed, &scp, &planner_los);
     let asked_of_planner = planned.reference;
     let best = match nearer {
-        _ if is_stale => hold(&horizon),
+        _ if is_held => hold(&horizon),
         _ if craft.realised.law_steers => steered(los.clone(), &horizon),
         Some(law) => steered(law, &horizon),
         None => planned,
@@ -228,7 +231,7 @@ fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
 
 /// The level that answers; the first of equals.
 fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
-    if scp.degraded == Some(Degraded::StaleReport) {
+    if horizon.snapshot.stands_by() || scp.degraded == Some(Degraded::StaleReport) {
         return hold(horizon);
     }
     let planned = scp.candidate.clone().map(|candidate| planned(horizon, candidate));
@@ -401,6 +404,7 @@ fn rolled_out(horizon: &Horizon<'_>, rollout: &Rollout) -> CandidateTrajectory {
 fn hold(horizon: &Horizon<'_>) -> Level {
     let snapshot = horizon.snapshot;
     let law = |heading: Heading| match snapshot.hold {
+        _ if snapshot.stands_by() => Reference { speed: 0.0, heading },
         Hold::Stop => Reference { speed: 0.0, heading },
         Hold::SlowTurn => Reference {
             speed: snapshot.limits().speed_min,

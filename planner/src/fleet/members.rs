@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::angle::{Course, Heading};
+use crate::facts::angle::Course;
 use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::evidence::AuvState;
 use crate::facts::field_error::FieldError;
@@ -255,37 +255,64 @@ impl Fleet {
         self.ids.len()
     }
 
-    /// The heading of a craft, by index, and the time of the fleet, s.
-    pub fn heading(&self, craft: usize) -> (Heading, f64) {
-        let snapshot = &self.snapshots[craft];
-        (snapshot.asc.heading(), snapshot.t_s)
+    /// Plans for every craft by `assignment`, in the order of way: each among those before it and
+    /// spare ones, as vessels with plans. `plan` gets the number of plans that are left, too.
+    pub fn plans<P: AsRef<Plan>>(
+        &self,
+        assignment: &Assignment,
+        mut plan: impl FnMut(Snapshot, usize) -> P,
+    ) -> Vec<P> {
+        let mut ahead = self.at_rest(assignment);
+        let planned = (0..self.n_craft()).map(|craft| {
+            let snapshot = self.snapshot(craft, assignment, &ahead);
+            let stands_by = snapshot.stands_by();
+            let planned = plan(snapshot, self.n_craft() - craft);
+            if !stands_by {
+                ahead.push(self.as_vessel(craft, planned.as_ref()));
+            }
+            planned
+        });
+        planned.collect()
     }
 
-    /// What a craft, by index, plans for by `assignment`, among the craft before it as `vessels`;
-    /// none for a spare one.
-    pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Option<Snapshot> {
+    /// The spare craft as vessels that stay where they are.
+    pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
+        let spare = assignment.craft.iter().zip(&self.snapshots).filter(|(craft, _)| craft.auvs.is_empty());
+        let at_rest = spare.map(|(craft, snapshot)| {
+            let (at, now) = (snapshot.asc.position(), snapshot.t_s);
+            let plan = vec![[now + STAYS, at.x, at.y]];
+            Vessel::of_craft(craft.id.clone(), now, at, Vector2::zeros(), plan)
+        });
+        at_rest.collect()
+    }
+
+    /// What a craft, by index, plans for by `assignment`, among other craft as `vessels`.
+    pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Snapshot {
         let snapshot = &self.snapshots[craft];
         let served = &assignment.craft[craft].auvs;
-        let goal = snapshot.goal.goal.only(|id| served.contains(id))?;
+        let goal = snapshot.goal.goal.only(|id| served.contains(id));
         let others = assignment.craft.iter().enumerate().filter(|(other, _)| *other != craft);
         let of_others = others.flat_map(|(_, other)| other.auvs.iter().cloned()).collect();
-        Some(snapshot.part(goal, vessels, of_others))
+        let others = vessels.iter().filter(|vessel| vessel.id != self.ids[craft]);
+        snapshot.part(goal, others.cloned(), of_others)
     }
 
-    /// The vessel that the craft after this one, an index, see: with its `plan`, or at rest.
-    pub fn as_vessel(&self, craft: usize, plan: Option<&Plan>) -> Vessel {
+    /// The vessel with its `plan` that the craft after this one, an index, see.
+    pub fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
         let snapshot = &self.snapshots[craft];
-        let (asc, now) = (&snapshot.asc, snapshot.t_s);
-        let velocity = || asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current());
-        let (velocity, plan) = match plan {
-            Some(plan) => {
-                let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
-                let points = plan.trajectory.iter().skip(step).step_by(step);
-                (velocity(), points.map(|at| [at.t_s, at.north_m, at.east_m]).collect())
-            }
-            None => (Vector2::zeros(), vec![[now + STAYS, asc.north_m, asc.east_m]]),
-        };
-        Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
+        let asc = &snapshot.asc;
+        let velocity = asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current());
+        let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
+        let points = plan.trajectory.iter().skip(step).step_by(step);
+        let points = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
+        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), velocity, points)
+    }
+
+    /// `true` for the AUVs that the answer to a craft, by index, tells of and remembers: those that
+    /// it serves, and in that to the first craft those that nobody serves.
+    pub fn tells_of(craft: usize, assignment: &Assignment, id: &VehicleId) -> bool {
+        let serves = |craft: &CraftAssignment| craft.auvs.contains(id);
+        serves(&assignment.craft[craft]) || craft == 0 && !assignment.craft.iter().any(serves)
     }
 
     /// Slots of the acoustic network, one after the other, in each of which these transmissions do

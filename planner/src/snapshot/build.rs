@@ -53,6 +53,7 @@ pub struct Snapshot {
     land: Arc<Land>,
     cut_short: bool,
     of_others: Vec<VehicleId>,
+    stands_by: bool,
 }
 
 impl Snapshot {
@@ -112,11 +113,18 @@ impl Snapshot {
     }
 
     /// The moment for a craft with this `goal`, among further `vessels`, if other craft serve
-    /// `of_others`.
-    pub(crate) fn part(&self, goal: Goal, vessels: &[Vessel], of_others: Vec<VehicleId>) -> Self {
-        let mut part = Self { of_others, ..self.clone() };
-        part.request.goal.goal = goal;
-        part.request.traffic.extend_from_slice(vessels);
+    /// `of_others`. Without a goal it stands by.
+    pub(crate) fn part(
+        &self,
+        goal: Option<Goal>,
+        vessels: impl Iterator<Item = Vessel>,
+        of_others: Vec<VehicleId>,
+    ) -> Self {
+        let mut part = Self { of_others, stands_by: goal.is_none(), ..self.clone() };
+        let first = self.goal.goal.vehicles().next();
+        let nothing = first.map(|auv| Goal::Track { auv: auv.clone() });
+        part.request.goal.goal = goal.or(nothing).expect("a goal names an AUV");
+        part.request.traffic.extend(vessels);
         part
     }
 
@@ -148,6 +156,7 @@ impl Snapshot {
             land,
             cut_short,
             of_others: Vec::new(),
+            stands_by: false,
         }
     }
 
@@ -167,6 +176,11 @@ impl Snapshot {
     /// `true` if time did not suffice for all estimates.
     pub fn cut_short(&self) -> bool {
         self.cut_short
+    }
+
+    /// `true` if the craft serves no AUV: its plan is a stop.
+    pub fn stands_by(&self) -> bool {
+        self.stands_by
     }
 
     /// `true` if another craft serves the AUV, an index.

@@ -13,7 +13,7 @@ use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
 use crate::planning::planners::{Planned, Planners};
 use crate::planning::valid_request::{Context, ValidRequest, answer, written};
-use wire::{CraftPlan, FleetRequest, FleetResponse, Outcome, SCHEMA_VERSION, VehicleId, Vessel};
+use wire::{CraftPlan, FleetRequest, FleetResponse, Outcome, SCHEMA_VERSION, Vessel};
 
 /// Share of the time within which AUVs are estimated and assigned: a third.
 const ASSIGNED_IN: usize = 3;
@@ -40,36 +40,25 @@ pub(crate) async fn plan_fleet(
     let (fleet, assignment, deadline, Context { origin, metadata }) = read.await??;
     let (fleet, assignment) = (Arc::new(fleet), Arc::new(assignment));
     let n = fleet.n_craft();
-    let is_spare = |craft: usize| assignment.craft[craft].auvs.is_empty();
-    let spare = (0..n).filter(|craft| is_spare(*craft));
-    let mut ahead: Vec<Vessel> = spare.map(|craft| fleet.as_vessel(craft, None)).collect();
-    let mut is_first = true;
+    let mut ahead: Vec<Vessel> = fleet.at_rest(&assignment);
     let mut surface_craft = Vec::with_capacity(n);
-    for (craft, assigned) in assignment.craft.iter().enumerate() {
-        let id = assigned.id.clone();
+    for craft in 0..n {
         let (of, among, vessels) = (Arc::clone(&fleet), Arc::clone(&assignment), ahead.clone());
-        let snapshot = planners.read(&permit, move |_| of.snapshot(craft, &among, &vessels));
-        let Some(snapshot) = snapshot.await? else {
-            surface_craft.push(CraftPlan::spare(id, fleet.heading(craft), planners.parameters.validity));
-            continue;
-        };
-        // The first plan keeps the memory of AUVs that nobody serves.
-        let is_served = |id: &VehicleId| assignment.craft.iter().any(|craft| craft.auvs.contains(id));
-        let keeps = |id: &VehicleId| assigned.auvs.contains(id) || is_first && !is_served(id);
+        let snapshot = planners.read(&permit, move |_| of.snapshot(craft, &among, &vessels)).await?;
+        let stands_by = snapshot.stands_by();
         let valid = ValidRequest { snapshot, context: Context { origin, ..Context::default() } };
-        let left = (craft..n).filter(|craft| !is_spare(*craft)).count();
-        let share = deadline.share(&planners.clock, left);
+        let share = deadline.share(&planners.clock, n - craft);
         let made = |context: &Context, planned: &Planned, _, _: &Stop| {
             Ok((answer(planned, context).planned(), planned.plan.clone()))
         };
         let (response, plan) = valid.planned(planners, Arc::clone(&permit), share, made).await?;
-        ahead.push(fleet.as_vessel(craft, Some(&plan)));
-        surface_craft.push(CraftPlan::new(id, response, keeps));
-        is_first = false;
+        if !stands_by {
+            ahead.push(fleet.as_vessel(craft, &plan));
+        }
+        surface_craft.push(CraftPlan::new(craft, &assignment, response));
     }
     let answer = move |_| {
-        let plans = || surface_craft.iter().filter_map(|craft| craft.plan.as_ref());
-        let is_ok = plans().all(|plan| plan.outcome == Outcome::Ok);
+        let is_ok = surface_craft.iter().all(|craft| craft.plan.outcome == Outcome::Ok);
         written(|| FleetResponse {
             schema_version: SCHEMA_VERSION.to_owned(),
             outcome: if is_ok { Outcome::Ok } else { Outcome::Degraded },
