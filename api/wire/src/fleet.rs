@@ -110,6 +110,13 @@ impl FleetRequest {
         Self { craft, before, gone }
     }
 
+    /// The same without what any craft remembers.
+    #[must_use]
+    pub fn without_previous_plans(mut self) -> Self {
+        self.craft.iter_mut().chain(&mut self.gone).for_each(|member| member.request.previous_plan = None);
+        self
+    }
+
     /// Reads `body`, an object with `surface_craft`.
     pub fn read(body: &[u8]) -> Result<Self, BodyError> {
         in_metres(parse(body)?, None, Self::of)
@@ -166,12 +173,12 @@ impl FleetRequest {
             let (place_before, previous_plan) =
                 before.map_or((0, None), |(place, before)| (*place, before.plan.take()));
             let request = PlanRequest { asc, craft, limits, previous_plan, ..shared.clone() };
-            Member { id, serves, place_before, request }
+            Member { id, serves, is_away: false, place_before, request }
         };
         let craft: Vec<_> = craft.into_iter().map(member).collect();
         let gone = plans.into_iter().filter_map(|(place_before, PreviousOfCraft { id, plan })| {
             let request = PlanRequest { previous_plan: Some(plan?), ..craft[0].request.clone() };
-            Some(Member { id, serves: None, place_before, request })
+            Some(Member { id, serves: Some(Vec::new()), is_away: true, place_before, request })
         });
         Ok(Self { gone: gone.collect(), craft, before })
     }

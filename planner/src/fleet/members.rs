@@ -42,6 +42,9 @@ pub struct Member {
     pub id: VehicleId,
     /// The AUVs that it may serve; all without a list.
     pub serves: Option<Vec<VehicleId>>,
+    /// `true` if it serves nobody for now since it may not do what it is asked to: the others see
+    /// it go straight on.
+    pub is_away: bool,
     /// Its place in the previous answer, which faults name.
     pub place_before: usize,
     /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
@@ -83,6 +86,7 @@ impl Member {
 #[derive(Clone, Debug)]
 pub struct Fleet {
     ids: Vec<VehicleId>,
+    is_away: Vec<bool>,
     /// AUVs that each may serve, as bits of `auvs`.
     serves: Vec<u32>,
     snapshots: Vec<Snapshot>,
@@ -95,7 +99,7 @@ pub struct Fleet {
 
 impl Fleet {
     /// The faults of the fleet of `members`, at least one, by field of its request. Of those that
-    /// are `gone` only the previous plan counts. If a list is too long, that alone.
+    /// are `gone` only the previous plan counts, and `serves`. If a list is too long, that alone.
     pub fn faults(members: &[Member], gone: &[Member]) -> Vec<FieldError> {
         let request = &members[0].request;
         let mut faults = request.check().err().map_or_else(Vec::new, |InvalidRequest(faults)| faults);
@@ -132,7 +136,7 @@ impl Fleet {
             }
         }
         for id in request.goal.goal.vehicles() {
-            if !members.iter().any(|member| member.may_serve(id)) {
+            if !members.iter().chain(gone).any(|member| member.may_serve(id)) {
                 let detail = "no craft may serve this AUV: add it to the `serves` of one";
                 faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
             }
@@ -172,7 +176,7 @@ impl Fleet {
         let id = |auv: &usize| &leading.auvs[*auv].id;
         let may_serve = |member: &Member| {
             let bits = auvs.iter().enumerate();
-            let bits = bits.filter(|(_, auv)| member.may_serve(id(auv)));
+            let bits = bits.filter(|(_, auv)| !member.is_away && member.may_serve(id(auv)));
             bits.fold(0, |set, (i, _)| set | 1 << i)
         };
         let craft_of = |auv: &usize| {
@@ -183,6 +187,7 @@ impl Fleet {
             serves: members.iter().map(may_serve).collect(),
             before: auvs.iter().map(craft_of).collect(),
             changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s),
+            is_away: members.iter().map(|member| member.is_away).collect(),
             ids: members.into_iter().map(|member| member.id).collect(),
             snapshots,
             auvs,
@@ -275,15 +280,24 @@ impl Fleet {
         planned.collect()
     }
 
-    /// The spare craft as vessels that stay where they are.
+    /// The spare craft as vessels that stay where they are, or go straight on if they are away.
     pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
-        let spare = assignment.craft.iter().zip(&self.snapshots).filter(|(craft, _)| craft.auvs.is_empty());
-        let at_rest = spare.map(|(craft, snapshot)| {
-            let (at, now) = (snapshot.asc.position(), snapshot.t_s);
-            let plan = vec![[now + STAYS, at.x, at.y]];
-            Vessel::of_craft(craft.id.clone(), now, at, Vector2::zeros(), plan)
+        let spare = (0..self.n_craft()).filter(|craft| assignment.craft[*craft].auvs.is_empty());
+        let at_rest = spare.map(|craft| {
+            let asc = &self.snapshots[craft].asc;
+            let now = self.snapshots[craft].t_s;
+            let stays = (Vector2::zeros(), vec![[now + STAYS, asc.north_m, asc.east_m]]);
+            let (velocity, plan) = if self.is_away[craft] { (self.velocity(craft), vec![]) } else { stays };
+            Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
         });
         at_rest.collect()
+    }
+
+    /// Velocity of a craft, by index, over ground (north, east), m/s.
+    fn velocity(&self, craft: usize) -> Vector2<f64> {
+        let snapshot = &self.snapshots[craft];
+        let asc = &snapshot.asc;
+        asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current())
     }
 
     /// What a craft, by index, plans for by `assignment`, among other craft as `vessels`.
@@ -301,11 +315,10 @@ impl Fleet {
     pub fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
         let snapshot = &self.snapshots[craft];
         let asc = &snapshot.asc;
-        let velocity = asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current());
         let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
         let points = plan.trajectory.iter().skip(step).step_by(step);
         let points = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
-        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), velocity, points)
+        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), self.velocity(craft), points)
     }
 
     /// `true` for the AUVs that the answer to a craft, by index, tells of and remembers: those that

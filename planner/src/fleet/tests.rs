@@ -39,7 +39,13 @@ fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
         let asc = Asc::new(at, Heading::new(heading), 0.5);
         let mut request = PlanRequest::new(0.0, asc, auvs.clone(), goal.clone());
         request.limits = Some(Limits::MEDUSA.into());
-        Member { id: format!("{prefix}asc-{k}").as_str().into(), serves: None, place_before: 0, request }
+        Member {
+            id: format!("{prefix}asc-{k}").as_str().into(),
+            serves: None,
+            is_away: false,
+            place_before: 0,
+            request,
+        }
     };
     (0..n_craft).map(member).collect()
 }
@@ -162,6 +168,7 @@ fn a_craft_that_takes_an_auv_over_knows_when_it_was_served() {
         Member {
             id: id.into(),
             serves: None,
+            is_away: false,
             place_before: 0,
             request: PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)),
         }

@@ -170,6 +170,8 @@ pub(crate) struct AuditQuery {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReferenceQuery {
+    /// The craft of a fleet. Missions of one craft take none.
+    pub(super) craft: Option<String>,
     /// Longest wait for a newer plan, s, at most 60. Default: 0.
     #[serde(default)]
     pub(super) wait_s: f64,
