@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use planner::fleet::Assignment;
+use planner::fleet::{Assignment, SlotUse};
 use planner::snapshot::Origin;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -220,6 +220,10 @@ pub struct CurrentReference {
     /// Vehicles without recent reports, for which the next plan waits; empty while plans are made.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waits_for: Vec<String>,
+    /// Slots of the acoustic network of a fleet, one after the other: transmissions in one slot do
+    /// not disturb each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slots: Vec<Vec<SlotUse>>,
     /// Due plans that were not made since the service took over the mission: it was overloaded, the
     /// disk refused to write, or the known facts were invalid.
     pub missed: u64,

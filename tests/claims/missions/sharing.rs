@@ -12,6 +12,11 @@ use planner::angle::{direction, wrap};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
+use service::{
+    Settings,
+    access::{NewToken, Role, TokenFile, TokenLimit, Tokens},
+};
+use tests::client::{get, post, simulated_machine, with};
 
 use super::{Service, number};
 
@@ -238,6 +243,8 @@ async fn a_craft_that_a_person_has_serves_nobody_and_stops_for_nobody() {
     flight.all_are_served().await;
     let path = format!("{}/reference?craft=asc-1", flight.mission);
     let reference = flight.service.ask(&path).await;
+    // Without a range of the modems each AUV is called in a slot of its own.
+    assert_eq!(reference["slots"].as_array().map(Vec::len), Some(flight.auvs.len()));
     assert_eq!(
         (&reference["method"], number(&reference["plan"]["reference"]["speed_mps"])),
         (&json!("hold"), 0.0)
@@ -297,6 +304,48 @@ async fn calls_about_a_fleet_name_their_craft_and_its_faults_their_field() {
     flight.until(6.0).await;
     flight.all_are_served().await;
     flight.service.n_replayed(&flight.mission);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_token_of_one_craft_reports_for_that_one_and_orders_nothing() {
+    let (directory, settings) = (tempfile::tempdir().expect("is made"), simulated_machine());
+    let path = directory.path().join("tokens.json");
+    let token = |name: &str, craft: &[&str]| {
+        let craft: Vec<_> = craft.iter().map(ToString::to_string).collect();
+        let limit = (!craft.is_empty()).then(|| TokenLimit { missions: vec![], craft });
+        let new = NewToken { name: name.to_owned(), role: Role::Operator, limit, valid: None };
+        format!("Bearer {}", TokenFile::add(&path, new, &settings.clock).expect("is made"))
+    };
+    let [all, own, other] = [token("all", &[]), token("own", &["asc-0"]), token("other", &["asc-9"])];
+    let known = Some(Tokens::open(&path, &settings.clock).expect("opens"));
+    let service = Service::start_with(Settings { tokens: known, ..settings }).await;
+    let live = json!({ "auvs": [{ "id": "a" }], "surface_craft": [{ "id": "asc-0" }, { "id": "asc-1" }],
+        "goal": { "kind": "track", "auv": "a" } });
+    let new = post("/v1/missions", json!({ "schema_version": "1.0", "live": live }).to_string());
+    let mission = service.send(with(new, "authorization", &all)).await.header("location").to_owned();
+    let now = service.clock.unix_s();
+    let state = json!([{ "t_s": now, "state": { "north_m": 0.0, "east_m": 0.0, "heading_rad": 0.0, "speed_mps": 0.0 } }]);
+    let report = |craft: &str| json!({ "craft": craft, "asc": state }).to_string();
+    let note = json!({ "notes": [{ "t_s": now, "text": "x" }] }).to_string();
+    for (body, path, expected) in [
+        (report("asc-0"), "reports", [200, 200, 403]),
+        (report("asc-1"), "reports", [200, 403, 403]),
+        (note, "reports", [200, 403, 403]),
+        ("{}".to_owned(), "run", [200, 403, 403]),
+        ("{}".to_owned(), "pause", [200, 403, 403]),
+    ] {
+        for (token, expected) in [&all, &own, &other].into_iter().zip(expected) {
+            let call = post(&format!("{mission}/{path}"), body.clone());
+            let answer = service.send(with(call, "authorization", token)).await;
+            assert_eq!(answer.status, expected, "{path} {body}: {}", answer.text);
+        }
+    }
+    for (token, expected, n) in [(&all, 200, 1), (&own, 200, 1), (&other, 403, 0)] {
+        let answer = service.send(with(get(&mission), "authorization", token)).await;
+        assert_eq!(answer.status, expected);
+        let listed = service.send(with(get("/v1/missions"), "authorization", token)).await.json();
+        assert_eq!(listed["missions"].as_array().map(Vec::len), Some(n));
+    }
 }
 
 /// The flights of `SHARED`, a range of seeds; none by default. A craft is lost at a drawn time, for

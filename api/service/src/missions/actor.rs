@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clock::Clock;
+use planner::fleet::SlotUse;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TryRecvError;
@@ -111,6 +112,8 @@ pub(super) struct View {
     pub(super) waits_for: Vec<String>,
     /// The last report of whether the craft is steered; of a fleet, the worst.
     pub(super) steering: Option<Steering>,
+    /// Slots of the acoustic network of a fleet, by its newest plans.
+    pub(super) slots: Vec<Vec<SlotUse>>,
     pub(super) missed: u64,
     /// Time when the last report was stored, or the service was started.
     pub(super) reported: Instant,
@@ -334,6 +337,7 @@ impl Context {
             fleet: vec![],
             waits_for: vec![],
             steering: None,
+            slots: vec![],
             missed: 0,
             reported: planners.clock.now(),
         });

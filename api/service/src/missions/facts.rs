@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use planner::fleet::Fleet;
+use planner::fleet::{Fleet, SlotUse};
 use planner::parameters::Parameters;
 use planner::snapshot::Snapshot;
 use planner::stop::Stop;
@@ -109,6 +109,14 @@ impl Facts {
             return Written::new(&craft.made, origin, of_all);
         };
         Written::new(&craft.made, origin, |auv| Fleet::tells_of(craft.place, &assigned.assignment, auv))
+    }
+
+    /// Slots of the acoustic network of a fleet.
+    pub(super) fn slots(&self) -> Vec<Vec<SlotUse>> {
+        match self {
+            Self::One(_) => Vec::new(),
+            Self::Fleet { fleet, assigned, .. } => fleet.slots(&assigned.assignment),
+        }
     }
 
     /// The absence of each craft of a fleet after the plans.

@@ -39,10 +39,8 @@ impl Missions {
         };
         let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
-        let is_within = move |Mission { id, metadata, .. }: &Mission| {
-            let named = |limit: &TokenLimit| limit.names(id) || limit.names_craft_of(metadata);
-            limit.as_ref().is_none_or(named)
-        };
+        let is_within =
+            move |mission: &Mission| limit.as_ref().is_none_or(|limit: &TokenLimit| limit.sees(mission));
         let list = move || {
             let all = stored.iter().zip(known);
             let listed = all.filter_map(|(stored, last)| missions.listed(stored, last));

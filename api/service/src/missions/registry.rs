@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use clock::Clock;
 use parking_lot::{Mutex, MutexGuard};
-use serde_json::{Map, Value};
 use tokio::sync::{
     Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot,
 };
@@ -260,11 +259,12 @@ impl Missions {
         Ok((stored.number, parsed(stored.summary()?)?))
     }
 
-    pub(super) async fn metadata(&self, id: &str) -> Result<Map<String, Value>, Problem> {
+    /// The mission `id` as it is now, or was stored last.
+    pub(super) async fn known(&self, id: &str) -> Result<Arc<Mission>, Problem> {
         let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
         match active {
-            Some(handle) => Ok(handle.view.borrow().mission.metadata.clone()),
-            None => Ok(self.find(id).await?.1.metadata),
+            Some(handle) => Ok(Arc::clone(&handle.view.borrow().mission)),
+            None => Ok(self.find(id).await?.1.into()),
         }
     }
 

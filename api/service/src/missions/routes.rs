@@ -296,6 +296,7 @@ pub(crate) async fn post_reports(
     let origin = mission.origin;
     let bytes = body.bytes.len();
     let clock = missions.clock().clone();
+    let limit = by.limit().filter(|limit| !limit.commands(&mission)).cloned();
     let read = move || {
         let posted = Body::parse(&body.bytes);
         // Equal for equal requests, even if fewer reports are acceptable by now.
@@ -306,6 +307,11 @@ pub(crate) async fn post_reports(
     };
     let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
     let (reports, key) = read.await??;
+    if let (Some(limit), Ok(reports)) = (limit, &reports)
+        && !reports.craft.as_ref().is_some_and(|craft| limit.names_craft(craft))
+    {
+        return Err(Problem::Limited(limit));
+    }
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
 
@@ -354,6 +360,7 @@ pub(crate) async fn get_reference(
         method: plan.answer.answer.method,
         heard_s: plan.heard.clone(),
         waits_for: view.waits_for,
+        slots: view.slots,
         missed: view.missed,
         plan: plan.answer.answer.clone(),
     }))

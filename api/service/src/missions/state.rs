@@ -282,6 +282,10 @@ impl MissionState {
             away.extend(why.map(|why| (id.clone(), why)));
             after.insert(id.clone(), absence);
         }
+        // A craft that follows badly is better than none.
+        if away.len() == self.fleet.len() {
+            away.retain(|_, why| !matches!(why, Away::DoesNotFollow | Away::Returning));
+        }
         Absences { away, after }
     }
 

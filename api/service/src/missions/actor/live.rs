@@ -279,6 +279,7 @@ impl Live {
         let news = facts.news(self.state.assigned());
         events.extend(news.clone().map(|news| Event::Assigned(Box::new(news))));
         self.store_plans(events, plans, (left, facts.absences(), news.map(Box::new))).await?;
+        self.context.view.send_modify(|view| view.slots = facts.slots());
         let metrics = &self.context.planners.metrics;
         for craft in &made {
             metrics.plan(PlanFor::Live, &craft.made.plan, craft.made.solve_time);
