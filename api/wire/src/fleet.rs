@@ -204,7 +204,7 @@ impl FleetRequest {
             let before = request.previous_plan.as_ref().and_then(|plan| plan.origin);
             faults.extend(before.iter().flat_map(|before| origin_faults(before, origin.as_ref(), &place)));
         }
-        faults.extend(Fleet::faults(&self.craft, &self.gone));
+        faults.extend(Member::faults(&self.craft, &self.gone));
         if !faults.is_empty() {
             return Err(faults);
         }

@@ -1,86 +1,31 @@
 //! The craft of a fleet, and what each of them plans for.
 
-use std::collections::BTreeMap;
-
 use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::angle::Course;
-use crate::facts::auv::{Auv, VehicleId};
-use crate::facts::evidence::AuvState;
+use crate::facts::auv::VehicleId;
 use crate::facts::field_error::FieldError;
 use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
 use crate::facts::goal::Goal;
-use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
-use crate::facts::ranges::{AUVS_MAX, ID_LENGTH_MAX, VESSEL_PLAN_LENGTH};
-use crate::facts::schedule::Schedule;
+use crate::facts::ranges::VESSEL_PLAN_LENGTH;
 use crate::facts::traffic::Vessel;
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
 use crate::fleet::company::Company;
+use crate::fleet::member::Member;
+use crate::fleet::memory::Memory;
 use crate::fleet::schedules::Schedules;
 use crate::fleet::slots::slots;
 use crate::predict::goal::forecast_all;
 use crate::problem::parameters::Parameters;
 use crate::snapshot::build::Snapshot;
 use crate::snapshot::check::InvalidRequest;
-use crate::snapshot::request::PlanRequest;
 use crate::solve::stop::Stop;
 use crate::visit::bound::least_cost_of;
 
 /// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
 const STAYS: f64 = 300.0;
-
-/// The members of a request that each craft has for itself.
-const OWN: [&str; 4] = ["/previous_plan", "/asc", "/craft", "/limits"];
-
-/// A craft of a fleet.
-#[derive(Clone, Debug)]
-pub struct Member {
-    /// Its name.
-    pub id: VehicleId,
-    /// The AUVs that it may serve; all without a list.
-    pub serves: Option<Vec<VehicleId>>,
-    /// `true` if it serves nobody for now since it may not do what it is asked to: the others see
-    /// it go straight on.
-    pub is_away: bool,
-    /// Its place in the previous answer, which faults name.
-    pub place_before: usize,
-    /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
-    /// are equal for all craft.
-    pub request: PlanRequest,
-}
-
-impl Member {
-    fn may_serve(&self, id: &VehicleId) -> bool {
-        self.serves.as_ref().is_none_or(|serves| serves.contains(id))
-    }
-
-    /// Its own members, in a request that is valid without them.
-    fn own_request(&self) -> PlanRequest {
-        let PlanRequest { t_s, asc, craft, limits, previous_plan, .. } = &self.request;
-        let auv = AuvState::new(Vector2::zeros(), 0.0, Course::new(0.0), 0.0);
-        let goal = Goal::Track { auv: "auv".into() };
-        PlanRequest {
-            craft: craft.clone(),
-            limits: *limits,
-            previous_plan: previous_plan.clone(),
-            ..PlanRequest::new(*t_s, *asc, vec![Auv::new("auv", auv)], goal)
-        }
-    }
-
-    /// Names the fields of a fleet's request in the faults of this one, the craft at index `i`.
-    fn name(&self, i: usize, faults: &mut [FieldError]) {
-        for fault in faults {
-            if OWN[1..].iter().any(|own| fault.pointer.starts_with(own)) {
-                fault.pointer = format!("/surface_craft/{i}{}", fault.pointer);
-            } else if let Some(rest) = fault.pointer.strip_prefix("/previous_plan") {
-                fault.pointer = format!("/previous_plan/surface_craft/{}/plan{rest}", self.place_before);
-            }
-        }
-    }
-}
 
 /// The craft of a fleet at one moment, in the order in which the others give way to them.
 #[derive(Clone, Debug)]
@@ -98,59 +43,6 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// The faults of the fleet of `members`, at least one, by field of its request. Of those that
-    /// are `gone` only the previous plan counts, and `serves`. If a list is too long, that alone.
-    pub fn faults(members: &[Member], gone: &[Member]) -> Vec<FieldError> {
-        let request = &members[0].request;
-        let mut faults = request.check().err().map_or_else(Vec::new, |InvalidRequest(faults)| faults);
-        for (i, member) in members.iter().enumerate() {
-            let serves = member.serves.iter().map(Vec::len).max().unwrap_or(0);
-            let place = format!("/surface_craft/{i}/serves");
-            faults.extend(FieldError::of_length(place, serves, &(0..=AUVS_MAX), "items"));
-        }
-        members[0].name(0, &mut faults);
-        if faults.iter().any(|fault| fault.code == "length") {
-            return faults;
-        }
-        for (i, member) in members.iter().chain(gone).enumerate().skip(1) {
-            let mut own = member.own_request().check().err().map_or_else(Vec::new, |InvalidRequest(own)| own);
-            let members_of = if i < members.len() { &OWN[..] } else { &OWN[..1] };
-            own.retain(|fault| members_of.iter().any(|own| fault.pointer.starts_with(own)));
-            member.name(i, &mut own);
-            faults.extend(own);
-        }
-        for (i, member) in members.iter().enumerate() {
-            let place = format!("/surface_craft/{i}/id");
-            faults.extend(name_faults(&place, &member.id));
-            let is_taken = members[..i].iter().any(|other| other.id == member.id)
-                || request.traffic.iter().any(|vessel| vessel.id == member.id);
-            if is_taken {
-                faults.push(FieldError::new(&place, "duplicate", "duplicate name").given(&*member.id.0));
-            }
-            let is_known = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
-            let served = member.serves.iter().flatten().enumerate();
-            for (j, id) in served.filter(|(_, id)| !is_known(id)) {
-                let place = format!("/surface_craft/{i}/serves/{j}");
-                faults
-                    .push(FieldError::new(place, "unknown_vehicle", "names no AUV of `auvs`").given(&*id.0));
-            }
-        }
-        for id in request.goal.goal.vehicles() {
-            if !members.iter().chain(gone).any(|member| member.may_serve(id)) {
-                let detail = "no craft may serve this AUV: add it to the `serves` of one";
-                faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
-            }
-        }
-        for (i, auv) in request.auvs.iter().enumerate() {
-            let reports = auv.reports.iter().flatten().enumerate();
-            for (j, _) in reports.filter(|(_, report)| report.range_m.is_some() && report.from.is_none()) {
-                let detail = "say where the craft was that measured this range: a fleet has several";
-                faults.push(FieldError::new(format!("/auvs/{i}/reports/{j}/from"), "missing", detail));
-            }
-        }
-        faults
-    }
-
     /// The fleet of `members`, at least one and without faults. `before` is its previous
     /// assignment, `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
     ///
@@ -217,7 +109,8 @@ impl Fleet {
             let weight = |auv: &usize| goal.weight(&leading.auvs[*auv].id);
             let auvs: Vec<_> = self.auvs.iter().map(|auv| (&forecasts[*auv], weight(auv))).collect();
             let is_largest = matches!(goal, Goal::Range { .. });
-            let company = Company::new(craft.collect(), &auvs, is_largest);
+            let company =
+                Company::new(craft.collect(), (&auvs, leading.tuned().fleet.straight_most), is_largest);
             let cost = |craft, set| company.cost(craft, set);
             self.search((&cost, is_largest), &due)
         };
@@ -251,7 +144,7 @@ impl Fleet {
     }
 
     fn search(&self, cost: (&dyn Fn(usize, u32) -> f64, bool), due: &dyn Fn() -> bool) -> Found {
-        Search::new(self.auvs.len(), self.serves.clone(), cost, due)
+        Search::new(self.auvs.len(), self.serves.clone(), cost, due, &self.snapshots[0].tuned().fleet)
             .best(&self.before, self.snapshots[0].t_s - self.changed)
     }
 
@@ -349,75 +242,4 @@ impl Fleet {
         }
         table
     }
-}
-
-/// What the craft of a fleet remember of AUVs, which another one may have to serve next.
-#[derive(Default)]
-struct Memory {
-    targets: BTreeMap<VehicleId, PreviousTarget>,
-    /// A plan without anything of its craft, and a schedule without visits, of all AUVs.
-    plan: Option<PreviousPlan>,
-    schedule: Option<Schedule>,
-}
-
-impl Memory {
-    fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
-        let mut memory = Self::default();
-        for plan in members.filter_map(|member| member.request.previous_plan.as_ref()) {
-            for target in plan.targets.iter().flatten() {
-                memory.targets.entry(target.id.clone()).or_insert_with(|| target.clone());
-            }
-            memory.plan.get_or_insert_with(|| PreviousPlan {
-                origin: plan.origin,
-                // When it was made; a trajectory that ends is followed by nobody.
-                trajectory: plan.trajectory.iter().take(1).copied().collect(),
-                ..PreviousPlan::default()
-            });
-            if let Some(schedule) = &plan.schedule {
-                let all = memory.schedule.get_or_insert_with(|| Schedule {
-                    visits: Vec::new(),
-                    costs: Vec::new(),
-                    alternatives: Vec::new(),
-                    ..schedule.clone()
-                });
-                all.remember(schedule);
-            }
-        }
-        memory
-    }
-
-    /// Gives it to a craft, beside its own.
-    fn give_to(&self, request: &mut PlanRequest) {
-        let Some(without_craft) = &self.plan else { return };
-        let plan = request.previous_plan.get_or_insert_with(|| without_craft.clone());
-        plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
-        match (&mut plan.schedule, &self.schedule) {
-            (Some(own), Some(all)) => own.remember(all),
-            (own, all) => own.clone_from(all),
-        }
-    }
-}
-
-impl Schedule {
-    /// Adds what `other` knows of AUVs that this one does not know.
-    fn remember(&mut self, other: &Self) {
-        if self.unit != other.unit {
-            return;
-        }
-        self.next_visited = self.next_visited.take().or_else(|| other.next_visited.clone());
-        let is_new = |id: &VehicleId| self.costs.iter().all(|known| known.auv != *id);
-        let new: Vec<_> = other.costs.iter().filter(|known| is_new(&known.auv)).cloned().collect();
-        self.costs.extend(new);
-        self.costs.truncate(AUVS_MAX);
-    }
-}
-
-/// The faults of a name at `place`.
-fn name_faults(place: &str, id: &VehicleId) -> Vec<FieldError> {
-    let mut faults = Vec::from_iter(FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
-    if id.0.chars().any(char::is_control) {
-        let detail = "a name has no control characters";
-        faults.push(FieldError::new(place, "control_character", detail).given(&*id.0));
-    }
-    faults
 }

@@ -12,6 +12,7 @@ use crate::facts::visit::{Reduce, Visits};
 use crate::problem::parameters::Parameters;
 use crate::solve::stop::Stop;
 use crate::tests::prelude::*;
+use crate::tuned::FleetNumbers;
 use crate::visit::bound::least_cost_of;
 
 /// A drawn fleet, mirrored about the north axis if `mirror` is −1; names begin with `prefix`.
@@ -97,7 +98,8 @@ fn no_schedules_of_several_craft_cost_less_than_their_bound() {
         let n = fleets[0].candidates.len();
         let cost = |craft: usize, set: u32| schedules[craft].cost(set, &|| false);
         let all = vec![u32::MAX >> (32 - n); fleets.len()];
-        let search = Search::new(n, all, (&cost, visits.reduce == Reduce::Max), &|| false);
+        let search =
+            Search::new(n, all, (&cost, visits.reduce == Reduce::Max), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![None; n], 0.0);
         assert!(bound <= found.cost * (1.0 + 1e-9), "{seed}: {bound} above {}", found.cost);
     }
@@ -121,7 +123,8 @@ fn the_search_finds_the_least_cost_of_all_assignments() {
         };
         let is_largest = rng.random_bool(0.3);
         let all = u32::MAX >> (32 - n);
-        let search = Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false);
+        let search =
+            Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![None; n], 0.0);
         let least = (0..n_craft.pow(u32::try_from(n).expect("is small")))
             .map(|mut digits| {
@@ -148,7 +151,7 @@ fn an_assignment_changes_for_one_that_is_a_fifth_better_or_more_right_after_a_ch
     for (other, age, is_kept) in [(8.4, 1e9, true), (8.2, 1e9, false), (8.2, 10.0, true), (6.0, 0.0, false)] {
         let cost =
             |craft: usize, set: u32| f64::from(set.count_ones()) * if craft == 0 { 10.0 } else { other };
-        let search = Search::new(1, vec![1, 1], (&cost, false), &|| false);
+        let search = Search::new(1, vec![1, 1], (&cost, false), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![Some(0)], age);
         assert_eq!((found.craft_of[0] == Some(0), found.kept), (is_kept, is_kept), "{other}");
     }
@@ -219,7 +222,7 @@ fn faults_of_a_fleet_name_its_fields() {
         let auv = &mut member.request.auvs[0];
         (auv.state, auv.reports) = (None, serde_json::from_value(range.clone()).ok());
     }
-    let faults = Fleet::faults(&members, &[]);
+    let faults = Member::faults(&members, &[]);
     let found: Vec<_> = faults.iter().map(|fault| format!("{} {}", fault.pointer, fault.code)).collect();
     let expected = [
         "/surface_craft/1/asc/speed_mps out_of_range",

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use clock::Clock;
-use planner::fleet::{CRAFT_MAX, Fleet, Member};
+use planner::fleet::{CRAFT_MAX, Member};
 use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
@@ -111,7 +111,7 @@ fn trial(config: &Live, shorten: impl Fn(&mut PlanRequest)) -> Result<(), Vec<Fi
             request,
         }
     });
-    errors.extend(Fleet::faults(&members.collect::<Vec<_>>(), &[]));
+    errors.extend(Member::faults(&members.collect::<Vec<_>>(), &[]));
     none(errors)
 }
 

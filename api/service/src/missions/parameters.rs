@@ -55,7 +55,8 @@ where
             // A caller of one craft of a fleet reports for that one, and gives no orders to all.
             let path = parts.uri.path();
             let is_no_order = changes_nothing(&parts.method, path) || path.ends_with("/reports");
-            if !limit.commands(&mission) && !(is_no_order && limit.sees(&mission)) {
+            let may = limit.commands(&mission) || is_no_order && limit.sees(&mission);
+            if !may {
                 return Err(Problem::Limited(limit.clone()));
             }
         }

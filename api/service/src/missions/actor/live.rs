@@ -311,7 +311,9 @@ impl Live {
             }
             return Err(problem);
         }
-        plans.iter().for_each(|plan| self.log_changes(plan));
+        for plan in &plans {
+            self.log_changes(plan);
+        }
         self.context.show(shown);
         if is_assigned {
             tracing::info!(mission = self.context.mission.id, "AUVs are assigned");
