@@ -18,7 +18,7 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
-pub use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
-pub use crate::facts::ranges::CRAFT_MAX;
+pub use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
+pub use crate::facts::ranges::{CRAFT_MAX, HAND_OVER};
 pub use member::Member;
 pub use members::Fleet;

@@ -6,9 +6,9 @@ use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
 use crate::facts::auv::VehicleId;
 use crate::facts::field_error::FieldError;
-use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
+use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
 use crate::facts::goal::Goal;
-use crate::facts::ranges::VESSEL_PLAN_LENGTH;
+use crate::facts::ranges::{HAND_OVER, VESSEL_PLAN_LENGTH};
 use crate::facts::traffic::Vessel;
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
@@ -40,6 +40,9 @@ pub struct Fleet {
     before: CraftOf,
     /// Time of the last change of the assignment, s.
     changed: f64,
+    /// AUVs that were being handed over, and the time that it takes, s.
+    hand_overs: Vec<HandOver>,
+    hand_over_time: f64,
 }
 
 impl Fleet {
@@ -79,11 +82,19 @@ impl Fleet {
             serves: members.iter().map(may_serve).collect(),
             before: auvs.iter().map(craft_of).collect(),
             changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s),
+            hand_overs: before.map_or_else(Vec::new, |before| before.hand_overs.clone()),
+            hand_over_time: 0.0,
             is_away: members.iter().map(|member| member.is_away).collect(),
             ids: members.into_iter().map(|member| member.id).collect(),
             snapshots,
             auvs,
         })
+    }
+
+    /// The fleet whose craft still serve AUVs for that time, s, after these were given to another.
+    #[must_use]
+    pub fn handing_over(self, hand_over_time: f64) -> Self {
+        Self { hand_over_time, ..self }
     }
 
     /// Who serves whom. Once `stop` is due, the best that is known by then.
@@ -123,7 +134,36 @@ impl Fleet {
             }
         });
         let changed_s = if craft_of == self.before { self.changed } else { leading.t_s };
-        Assignment { craft: craft.collect(), cost, bound, exact, kept, changed_s }
+        let hand_overs = self.hand_overs_to(&craft_of);
+        Assignment { craft: craft.collect(), cost, bound, exact, kept, changed_s, hand_overs }
+    }
+
+    /// AUVs that other craft than those of `craft_of` still serve.
+    fn hand_overs_to(&self, craft_of: &CraftOf) -> Vec<HandOver> {
+        let leading = &self.snapshots[0];
+        let until_s = leading.t_s + self.hand_over_time;
+        let auvs = self.auvs.iter().zip(self.before.iter().zip(craft_of));
+        let new = auvs.filter_map(|(auv, (before, now))| {
+            let craft = self.ids[before.filter(|before| now.is_some_and(|now| now != *before))?].clone();
+            Some(HandOver { auv: leading.auvs[*auv].id.clone(), craft, until_s })
+        });
+        let all = self.hand_overs.iter().cloned().chain(new);
+        let goes_on = |hand_over: &HandOver| {
+            let place = self.ids.iter().position(|id| *id == hand_over.craft);
+            let mut auvs = self.auvs.iter().zip(craft_of);
+            let left = hand_over.until_s - leading.t_s;
+            0.0 < left
+                && left <= *HAND_OVER.end()
+                && place.is_some_and(|place| !self.is_away[place])
+                && auvs.any(|(auv, craft)| leading.auvs[*auv].id == hand_over.auv && *craft != place)
+        };
+        let mut going = Vec::<HandOver>::new();
+        for hand_over in all.filter(goes_on) {
+            // What was given to and fro is handed over anew.
+            going.retain(|known| (&known.auv, &known.craft) != (&hand_over.auv, &hand_over.craft));
+            going.push(hand_over);
+        }
+        going
     }
 
     /// The scheduling problem of each craft.
@@ -175,7 +215,7 @@ impl Fleet {
 
     /// The spare craft as vessels that stay where they are, or go straight on if they are away.
     pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
-        let spare = (0..self.n_craft()).filter(|craft| assignment.craft[*craft].auvs.is_empty());
+        let spare = (0..self.n_craft()).filter(|craft| assignment.serves(*craft).next().is_none());
         let at_rest = spare.map(|craft| {
             let asc = &self.snapshots[craft].asc;
             let now = self.snapshots[craft].t_s;
@@ -196,10 +236,11 @@ impl Fleet {
     /// What a craft, by index, plans for by `assignment`, among other craft as `vessels`.
     pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Snapshot {
         let snapshot = &self.snapshots[craft];
-        let served = &assignment.craft[craft].auvs;
-        let goal = snapshot.goal.goal.only(|id| served.contains(id));
-        let others = assignment.craft.iter().enumerate().filter(|(other, _)| *other != craft);
-        let of_others = others.flat_map(|(_, other)| other.auvs.iter().cloned()).collect();
+        let served: Vec<_> = assignment.serves(craft).collect();
+        let goal = snapshot.goal.goal.only(|id| served.contains(&id));
+        let others = (0..self.n_craft()).filter(|other| *other != craft);
+        let of_others = others.flat_map(|other| assignment.serves(other));
+        let of_others = of_others.filter(|id| !served.contains(id)).cloned().collect();
         let others = vessels.iter().filter(|vessel| vessel.id != self.ids[craft]);
         snapshot.part(goal, others.cloned(), of_others)
     }
@@ -217,8 +258,8 @@ impl Fleet {
     /// `true` for the AUVs that the answer to a craft, by index, tells of and remembers: those that
     /// it serves, and in that to the first craft those that nobody serves.
     pub fn tells_of(craft: usize, assignment: &Assignment, id: &VehicleId) -> bool {
-        let serves = |craft: &CraftAssignment| craft.auvs.contains(id);
-        serves(&assignment.craft[craft]) || craft == 0 && !assignment.craft.iter().any(serves)
+        let serves = |craft: usize| assignment.serves(craft).any(|served| served == id);
+        serves(craft) || craft == 0 && !(0..assignment.craft.len()).any(serves)
     }
 
     /// Slots of the acoustic network, one after the other, in each of which these transmissions do
@@ -227,8 +268,8 @@ impl Fleet {
         let leading = &self.snapshots[0];
         let forecasts = forecast_all(leading);
         let (mut uses, mut calls) = (Vec::new(), Vec::new());
-        for (craft, snapshot) in assignment.craft.iter().zip(&self.snapshots) {
-            for auv in &craft.auvs {
+        for (k, (craft, snapshot)) in assignment.craft.iter().zip(&self.snapshots).enumerate() {
+            for auv in assignment.serves(k) {
                 let at = leading.auvs.iter().position(|known| known.id == *auv);
                 let at = at.map_or_else(Vector2::zeros, |auv| forecasts[auv].at(0.0).position);
                 uses.push(SlotUse { craft: craft.id.clone(), auv: auv.clone() });

@@ -236,3 +236,36 @@ fn faults_of_a_fleet_name_its_fields() {
     once.dedup();
     assert_eq!(once, expected);
 }
+
+#[test]
+fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
+    let members = |t_s: f64, before: &[PreviousPlan]| -> Vec<Member> {
+        let auv = |name: &str, north| Auv::new(name, moving(north, 0.0, 5.0, 0.0, 0.0));
+        // The second AUV has moved from the first craft to the other one.
+        let auvs = vec![auv("a", 100.0), auv("b", if t_s == 0.0 { 150.0 } else { -150.0 })];
+        let goal = Goal::Midpoint { auvs: vec!["a".into(), "b".into()] };
+        let member = |k: usize| {
+            let asc = Asc::new(Vector2::new([110.0, -110.0][k], 0.0), Heading::new(0.0), 0.0);
+            let mut request = PlanRequest::new(t_s, asc, auvs.clone(), goal.clone());
+            request.previous_plan = before.get(k).cloned();
+            let id = ["one", "two"][k].into();
+            let serves = (k == 1).then(|| vec!["b".into()]);
+            Member { id, serves, is_away: false, place_before: 0, request }
+        };
+        (0..2).map(member).collect()
+    };
+    let first = fleet(members(0.0, &[]), (None, &[])).handing_over(30.0);
+    let mut before = first.assign(&Parameters::default(), &Stop::never());
+    before.craft[0].auvs = vec!["a".into(), "b".into()];
+    before.craft[1].auvs.clear();
+    before.changed_s = -1e6;
+    let mut served = Vec::new();
+    for t_s in [100.0, 110.0, 129.0, 131.0] {
+        let fleet = fleet(members(t_s, &[]), (Some(&before), &[])).handing_over(30.0);
+        before = fleet.assign(&Parameters::default(), &Stop::never());
+        assert_eq!(parts(&before), [["a"], ["b"]]);
+        let goal = fleet.snapshot(0, &before, &[]).goal.goal.clone();
+        served.push(goal.vehicles().count());
+    }
+    assert_eq!(served, [2, 2, 2, 1]);
+}

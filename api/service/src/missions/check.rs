@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use clock::Clock;
-use planner::fleet::{CRAFT_MAX, Member};
+use planner::fleet::{CRAFT_MAX, HAND_OVER, Member};
 use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
@@ -78,6 +78,10 @@ fn check_live(config: &Live) -> Vec<FieldError> {
 
 /// The faults of the mission of `config`, whose request `shorten` may shorten.
 fn trial(config: &Live, shorten: impl Fn(&mut PlanRequest)) -> Result<(), Vec<FieldError>> {
+    let outside = |hand_over: f64| FieldError::outside("/hand_over_s", hand_over, &HAND_OVER);
+    if let Some(fault) = config.hand_over_s.and_then(outside) {
+        return Err(vec![fault]);
+    }
     if config.surface_craft.is_empty() {
         let mut alone = trial_request((config, None), 0.0);
         shorten(&mut alone);

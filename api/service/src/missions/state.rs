@@ -373,7 +373,7 @@ impl MissionState {
         });
         let gone = gone.collect();
         let before = self.assigned.as_ref().map(|assigned| assigned.assignment.clone());
-        Some(FleetRequest::new(craft, before, gone))
+        Some(FleetRequest::new(craft, before, gone).handing_over(self.config.hand_over_s.unwrap_or(0.0)))
     }
 
     fn request_of(

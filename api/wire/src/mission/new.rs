@@ -127,6 +127,9 @@ pub struct Live {
     /// Default: one craft without a name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surface_craft: Vec<LiveCraft>,
+    /// Time for which a craft of a fleet still serves an AUV that was given to another, s. Default:
+    /// 0.
+    pub hand_over_s: Option<f64>,
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
