@@ -1,15 +1,19 @@
 //! The craft of a fleet, and what each of them plans for.
 
+use std::cmp::Ordering;
+use std::f64::consts::PI;
+
 use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::auv::VehicleId;
+use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::field_error::FieldError;
 use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
 use crate::facts::goal::Goal;
+use crate::facts::localise::Figure;
 use crate::facts::ranges::{HAND_OVER, VESSEL_PLAN_LENGTH};
-use crate::facts::traffic::Vessel;
+use crate::facts::traffic::{CRAFT_LENGTH, CRAFT_SIGMA, VESSEL_SEPARATION_DEFAULT, Vessel};
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
 use crate::fleet::company::Company;
@@ -23,6 +27,9 @@ use crate::snapshot::build::Snapshot;
 use crate::snapshot::check::InvalidRequest;
 use crate::solve::stop::Stop;
 use crate::visit::bound::least_cost_of;
+
+/// Room on the figure of craft that localise the same AUVs, as a share of what they need.
+const ROOM: f64 = 1.1;
 
 /// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
 const STAYS: f64 = 300.0;
@@ -46,8 +53,8 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// The fleet of `members`, at least one and without faults. `before` is its previous
-    /// assignment, `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
+    /// The fleet of `members`, at least one and without faults. `before` is its previous assignment,
+    /// `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
     ///
     /// # Errors
     /// The faults of the first member's request with the memory of all.
@@ -63,7 +70,7 @@ impl Fleet {
         // AUVs are estimated once, from what any craft remembers of them.
         let leading = Snapshot::until(members[0].request.clone(), due);
         let leading = leading.map_err(|InvalidRequest(faults)| faults)?;
-        let others = members[1..].iter().map(|member| leading.beside(member.request.clone()));
+        let others = members[1..].iter().map(|member| leading.of_other_craft(member.request.clone()));
         let snapshots: Vec<_> = [leading.clone()].into_iter().chain(others).collect();
         let place = |id: &VehicleId| leading.auvs.iter().position(|auv| auv.id == *id);
         let mut auvs: Vec<usize> = leading.goal.goal.vehicles().filter_map(place).collect();
@@ -133,9 +140,39 @@ impl Fleet {
                 auvs: of.map(|(auv, _)| leading.auvs[*auv].id.clone()).collect(),
             }
         });
+        let mut craft: Vec<_> = craft.collect();
+        if matches!(goal, Goal::Localise(_)) {
+            self.join(&mut craft);
+        }
         let changed_s = if craft_of == self.before { self.changed } else { leading.t_s };
         let hand_overs = self.hand_overs_to(&craft_of);
-        Assignment { craft: craft.collect(), cost, bound, exact, kept, changed_s, hand_overs }
+        Assignment { craft, cost, bound, exact, kept, changed_s, hand_overs }
+    }
+
+    /// Lets spare craft localise the AUVs of others, too: those of the nearest of the craft with
+    /// the fewest beside them.
+    fn join(&self, craft: &mut [CraftAssignment]) {
+        let mut n_beside = vec![0; craft.len()];
+        for spare in 0..craft.len() {
+            if !craft[spare].auvs.is_empty() || self.is_away[spare] {
+                continue;
+            }
+            let may_serve = |id: &VehicleId| {
+                let place = self.auvs.iter().position(|auv| self.snapshots[0].auvs[*auv].id == *id);
+                place.is_some_and(|place| self.serves[spare] & (1 << place) != 0)
+            };
+            let at = |craft: usize| self.snapshots[craft].asc.position();
+            let others = (0..craft.len()).filter(|other| *other != spare && !craft[*other].auvs.is_empty());
+            let others = others.filter(|other| craft[*other].auvs.iter().all(may_serve));
+            let key = |other: &usize| (n_beside[*other], (at(*other) - at(spare)).norm());
+            let joined =
+                others.min_by(|one, other| key(one).partial_cmp(&key(other)).unwrap_or(Ordering::Equal));
+            if let Some(joined) = joined {
+                n_beside[joined] += 1;
+                n_beside[spare] = usize::MAX;
+                craft[spare].auvs = craft[joined].auvs.clone();
+            }
+        }
     }
 
     /// AUVs that other craft than those of `craft_of` still serve.
@@ -203,14 +240,19 @@ impl Fleet {
         let mut ahead = self.at_rest(assignment);
         let planned = (0..self.n_craft()).map(|craft| {
             let snapshot = self.snapshot(craft, assignment, &ahead);
-            let stands_by = snapshot.stands_by();
             let planned = plan(snapshot, self.n_craft() - craft);
-            if !stands_by {
-                ahead.push(self.as_vessel(craft, planned.as_ref()));
-            }
+            self.add_to(&mut ahead, craft, planned.as_ref());
             planned
         });
         planned.collect()
+    }
+
+    /// Adds a craft, by index, with its plan to the vessels that those after it see, unless it is a
+    /// spare one, which all see.
+    pub fn add_to(&self, ahead: &mut Vec<Vessel>, craft: usize, plan: &Plan) {
+        if ahead.iter().all(|vessel| vessel.id != self.ids[craft]) {
+            ahead.push(self.as_vessel(craft, plan));
+        }
     }
 
     /// The spare craft as vessels that stay where they are, or go straight on if they are away.
@@ -233,25 +275,44 @@ impl Fleet {
         asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current())
     }
 
-    /// What a craft, by index, plans for by `assignment`, among other craft as `vessels`.
-    pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Snapshot {
+    /// What a craft, by index, plans for by `assignment`, among the vessels `ahead` of
+    /// it.
+    pub fn snapshot(&self, craft: usize, assignment: &Assignment, ahead: &[Vessel]) -> Snapshot {
         let snapshot = &self.snapshots[craft];
         let served: Vec<_> = assignment.serves(craft).collect();
         let goal = snapshot.goal.goal.only(|id| served.contains(&id));
         let others = (0..self.n_craft()).filter(|other| *other != craft);
         let of_others = others.flat_map(|other| assignment.serves(other));
         let of_others = of_others.filter(|id| !served.contains(id)).cloned().collect();
-        let others = vessels.iter().filter(|vessel| vessel.id != self.ids[craft]);
-        snapshot.part(goal, others.cloned(), of_others)
+        let others = ahead.iter().filter(|vessel| vessel.id != self.ids[craft]);
+        let is_together = |other: &usize| assignment.serves(*other).collect::<Vec<_>>() == served;
+        let separation = snapshot.vessel_separation_m.unwrap_or(VESSEL_SEPARATION_DEFAULT);
+        let n_together = (0..self.n_craft()).filter(is_together).count();
+        let apart = separation + CRAFT_LENGTH / 2.0 + 2.0 * CRAFT_SIGMA;
+        // Two pass each other at a right angle, more go round side by side.
+        let turn = PI / n_together.max(4) as f64;
+        let least_radius = if n_together < 2 { 0.0 } else { ROOM * apart / (2.0 * turn.sin()) };
+        snapshot.part(goal, others.cloned(), of_others, least_radius)
     }
 
     /// The vessel with its `plan` that the craft after this one, an index, see.
-    pub fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
+    fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
         let snapshot = &self.snapshots[craft];
         let asc = &snapshot.asc;
-        let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
+        let most = *VESSEL_PLAN_LENGTH.end() / if plan.figure.is_some() { 2 } else { 1 };
+        let step = plan.trajectory.len().div_ceil(most).max(1);
         let points = plan.trajectory.iter().skip(step).step_by(step);
-        let points = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
+        let mut points: Vec<_> = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
+        // A craft on a figure goes on with it: others would dodge one that goes straight on.
+        if let (Some(figure), Some(last)) = (&plan.figure, points.last()) {
+            let ends = last[0] - snapshot.t_s;
+            let mean = self.mean_of(figure);
+            points.extend((1..=most).map(|i| {
+                let ahead = ends + (STAYS - ends).max(1.0) * i as f64 / most as f64;
+                let at = mean(ahead) + figure.at(ahead).0;
+                [snapshot.t_s + ahead, at.x, at.y]
+            }));
+        }
         Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), self.velocity(craft), points)
     }
 
@@ -260,6 +321,19 @@ impl Fleet {
     pub fn tells_of(craft: usize, assignment: &Assignment, id: &VehicleId) -> bool {
         let serves = |craft: usize| assignment.serves(craft).any(|served| served == id);
         serves(craft) || craft == 0 && !(0..assignment.craft.len()).any(serves)
+    }
+
+    /// Where the mean of the vehicles of a figure is after a time, s.
+    fn mean_of(&self, figure: &Figure) -> impl Fn(f64) -> Vector2<f64> + use<> {
+        let leading = &self.snapshots[0];
+        let weight = |id: &VehicleId| leading.goal.goal.weight(id);
+        let of = |forecast, auv: &Auv| (forecast, weight(&auv.id));
+        let all = forecast_all(leading).into_iter().zip(&leading.auvs);
+        let is_of = |auv: &Auv| figure.vehicles.iter().any(|vehicle| vehicle.auv == auv.id);
+        let auvs: Vec<_> =
+            all.filter(|(_, auv)| is_of(auv)).map(|(forecast, auv)| of(forecast, auv)).collect();
+        let sum: f64 = auvs.iter().map(|(_, weight)| weight).sum();
+        move |ahead| auvs.iter().map(|(forecast, weight)| forecast.at(ahead).position * (weight / sum)).sum()
     }
 
     /// Slots of the acoustic network, one after the other, in each of which these transmissions do

@@ -1,5 +1,8 @@
 //! Assignments of whole fleets, and the search by a second route.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix2;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -8,7 +11,8 @@ use super::assignment::Search;
 use super::slots::slots;
 use super::{Assignment, Fleet, Member};
 use crate::choose::plan::{Workspace, plan};
-use crate::facts::visit::{Reduce, Visits};
+use crate::facts::localise::Localise;
+use crate::facts::visit::{Fixes, Reduce, Visits};
 use crate::problem::parameters::Parameters;
 use crate::solve::stop::Stop;
 use crate::tests::prelude::*;
@@ -268,4 +272,77 @@ fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
         served.push(goal.vehicles().count());
     }
     assert_eq!(served, [2, 2, 2, 1]);
+}
+
+/// Root-mean-square error, m, that `n` craft leave to an AUV which only ranges to them fix, by a
+/// Kalman filter of its own, and the least distance between two of them, m.
+fn localised(seed: u64, n: usize) -> (f64, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut craft: Vec<(Vector2<f64>, f64)> = (0..n)
+        .map(|k| {
+            let place = Vector2::new(rng.random_range(-60.0..60.0), 100.0 * k as f64 - 50.0);
+            (place, rng.random_range(-3.0..3.0))
+        })
+        .collect();
+    let (mut previous, mut before) = (vec![None; n], None);
+    let (mut covariance, mut sum, growth) = (Matrix2::identity() * 100.0, 0.0, 0.05);
+    let (mut workspace, mut least, seconds) = (Workspace::default(), f64::INFINITY, 600);
+    for t in 0..seconds {
+        let goal = Goal::Localise(Localise {
+            auvs: vec!["a".into()],
+            fixes: Fixes::Range,
+            growth_m2ps: growth,
+            sigma_m: 1.0,
+            sigma_rad: 0.0,
+            interval_s: 10.0,
+            stand_off_m: 0.0,
+            weights: BTreeMap::new(),
+            reduce: Reduce::Mean,
+            costs_now: BTreeMap::new(),
+        });
+        let member = |k: usize| {
+            let asc = Asc::new(craft[k].0, Heading::new(craft[k].1), 1.0);
+            let auv = Auv::new("a", moving(0.0, 0.0, 8.0, 0.0, 0.0));
+            let mut request = PlanRequest::new(f64::from(t), asc, vec![auv], goal.clone());
+            request.limits = Some(Limits { speed_max: 1.2, ..Limits::MEDUSA }.into());
+            request.previous_plan = previous[k].clone();
+            let id = ["one", "two"][k].into();
+            Member { id, serves: None, is_away: false, place_before: 0, request }
+        };
+        let fleet = fleet((0..n).map(member).collect(), (before.as_ref(), &[]));
+        let assignment = fleet.assign(&Parameters::default(), &Stop::never());
+        assert!(parts(&assignment).iter().all(|auvs| *auvs == ["a"]), "{assignment:?}");
+        let parameters = Parameters::default();
+        let plans = fleet.plans(&assignment, |snapshot, _| plan(&snapshot, &parameters, &mut workspace));
+        for (k, planned) in plans.iter().enumerate() {
+            let asked = planned.reference.heading.radians();
+            let (place, heading) = &mut craft[k];
+            *heading += wrap(asked - *heading).clamp(-0.3, 0.3);
+            *place += direction(*heading) * planned.reference.speed;
+            previous[k] = Some(PreviousPlan::from(planned));
+        }
+        if let [one, two] = &craft[..] {
+            least = least.min((one.0 - two.0).norm());
+        }
+        before = Some(assignment);
+        covariance += Matrix2::identity() * growth;
+        for (place, _) in craft.iter().filter(|_| t % 10 == 0) {
+            let slope = place / place.norm().hypot(8.0);
+            let gain = covariance * slope / (slope.dot(&(covariance * slope)) + 1.0);
+            covariance -= gain * slope.transpose() * covariance;
+        }
+        if seconds / 2 <= t {
+            sum += covariance.trace() / f64::from(seconds / 2);
+        }
+    }
+    (sum.sqrt(), least)
+}
+
+/// At right angles all the time two craft would leave 1.243 m; five seeds of a quarter of an hour
+/// left 1.258 m. Locking them there was tried: evasions broke it up.
+#[test]
+fn a_spare_craft_localises_what_another_one_does_too() {
+    let ((alone, _), (together, least)) = (localised(1, 1), localised(1, 2));
+    assert!(together < 0.8 * alone, "{together} of {alone}");
+    assert!(32.5 < least, "{least}");
 }
