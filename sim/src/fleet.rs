@@ -24,15 +24,17 @@ use planner::stop::Stop;
 use crate::guide::{Guidance, GuideError};
 use crate::mission::Mission;
 use crate::record::{FleetCraft, Record};
-use crate::scenario::{Scenario, Start, SurfaceCraftFile};
+use crate::scenario::{Calls, Scenario, Start, SurfaceCraftFile};
 
 mod assigner;
+mod calls;
 mod knowledge;
 mod metrics;
 
 pub use assigner::Assigner;
 pub use metrics::FleetMetrics;
 
+use calls::{Call, slots};
 use knowledge::shared;
 
 /// Time between two assignments of rules other than the planner's, s.
@@ -67,6 +69,8 @@ pub struct FleetMission {
     missions: Vec<Mission>,
     names: Vec<Name>,
     assigner: Assigner,
+    /// What makes an AUV send.
+    calls: Calls,
     /// The last assignment, the time of the last by a rule, s, and the last plans.
     before: Option<Assignment>,
     assigned_at: f64,
@@ -110,6 +114,7 @@ impl FleetMission {
             missions,
             names,
             assigner,
+            calls: scenario.knowledge.acoustics.as_ref().map_or(Calls::Unasked, |file| file.calls),
             before: None,
             assigned_at: f64::NEG_INFINITY,
             plans: BTreeMap::new(),
@@ -219,6 +224,7 @@ impl FleetMission {
         }
         let fleet = self.fleet(alive, requests)?;
         let assignment = self.assign(alive, &fleet);
+        self.call(&fleet, &assignment);
         let (parameters, workspace, clock) = (&self.parameters, &mut self.workspace, self.clock);
         let planned = fleet.plans(&assignment, |snapshot, _| {
             let begun = clock.map(|now| now());
@@ -237,6 +243,39 @@ impl FleetMission {
         }
         self.before = Some(assignment);
         Ok(planned)
+    }
+
+    /// Lets each craft call the AUVs that it has from now on.
+    fn call(&mut self, fleet: &Fleet, assignment: &Assignment) {
+        let uses: Vec<(usize, VehicleId, VehicleId)> = match self.calls {
+            Calls::Unasked => return,
+            Calls::Planned => {
+                let table = fleet.slots(assignment).into_iter().enumerate();
+                table
+                    .flat_map(|(slot, uses)| uses.into_iter().map(move |of| (slot, of.craft, of.auv)))
+                    .collect()
+            }
+            Calls::Unplanned => {
+                let craft = assignment.craft.iter();
+                let calls = craft.flat_map(|craft| {
+                    let in_turn = craft.auvs.iter().enumerate();
+                    in_turn.map(|(slot, auv)| (slot, craft.id.clone(), auv.clone()))
+                });
+                calls.collect()
+            }
+        };
+        let auvs = self.missions[0].auv_positions();
+        let call = |(slot, craft, auv): (usize, VehicleId, VehicleId)| {
+            let craft = self.names.iter().position(|(id, _)| *id == craft)?;
+            let auv = self.missions[0].record().auv_ids.iter().position(|id| *id == auv.0)?;
+            Some(Call { craft, auv, slot, ends: [self.missions[craft].position()?, auvs[auv]] })
+        };
+        let calls: Vec<Call> = uses.into_iter().filter_map(call).collect();
+        for (number, mission) in self.missions.iter_mut().enumerate() {
+            if let Some(acoustics) = mission.acoustics() {
+                acoustics.call(&slots(&calls, number, auvs.len(), acoustics.range_max()));
+            }
+        }
     }
 
     /// The fleet of the craft that are `alive`, with these requests, among the dead ones.

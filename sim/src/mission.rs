@@ -7,7 +7,7 @@ use planner::snapshot::{Goal, PlanRequest, Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
-    observe::Messages,
+    observe::{Acoustics, Messages},
     record::{
         AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, NavigationRow, Record, Row, SurfaceCraftRow,
         VesselRow,
@@ -147,6 +147,16 @@ impl Mission {
         let world = &self.start.world;
         let craft = world.surface_craft.as_ref();
         craft.filter(|_| !world.faults.craft_is_dead(world.time())).map(SurfaceCraft::position)
+    }
+
+    /// True positions of the AUVs (north, east), m.
+    pub(crate) fn auv_positions(&self) -> Vec<Vector2<f64>> {
+        self.start.world.auvs.iter().map(SimulatedAuv::position).collect()
+    }
+
+    /// The channel between the AUVs and the surface craft, if there is one.
+    pub(crate) fn acoustics(&mut self) -> Option<&mut Acoustics> {
+        self.start.observer.as_mut()?.acoustics.as_mut()
     }
 
     /// Changes the goal by which the distance is measured; without one it is 0.

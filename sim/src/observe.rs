@@ -94,7 +94,7 @@ pub struct Observer {
     pub briefing: Briefing,
     sensors: SurfaceSensors,
     /// Acoustic channel; without it, every observation contains every vehicle's exact state.
-    acoustics: Option<Acoustics>,
+    pub(crate) acoustics: Option<Acoustics>,
     /// Receiver of what other vessels say, if there are any.
     pub ais: Option<Ais>,
     /// The messages of every underwater vehicle, in the world's order.

@@ -119,6 +119,20 @@ fn rules_assign_what_craft_may_serve_and_one_craft_leaves_the_others_where_they_
 }
 
 #[test]
+fn craft_that_call_without_the_planner_s_table_drown_each_other() {
+    let oldest = |calls: &str| {
+        let scenario = parsed(&text("fleet-dies").replace("\"planned\"", calls)).lasting(150.0);
+        let record = flown(&scenario, Assigner::Fixed(vec![0, 1, 2, 0, 1]), 1);
+        let ages = record.rows[149].auvs.iter().map(|auv| auv.known.expect("is known").age);
+        ages.map(f64::round).collect::<Vec<_>>()
+    };
+    // A frame lasts 15 s, and a fix takes 2 s and the way of sound.
+    assert!(oldest("\"planned\"").iter().all(|age| *age <= 18.0), "{:?}", oldest("\"planned\""));
+    // In the first slot all three call; in the second the first two, in range of each other.
+    assert_eq!(oldest("\"unplanned\""), [149.0; 5]);
+}
+
+#[test]
 fn metrics_of_a_fleet_are_those_of_its_craft_together() {
     let record = flown(&named("fleet-speeds").lasting(120.0), Assigner::Nearest, 4);
     let together = SurfaceCraftMetrics::of(&record).expect("has craft");

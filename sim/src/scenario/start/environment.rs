@@ -11,8 +11,8 @@ use crate::observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup,
 use crate::own_navigation::RangingFaults;
 use crate::record::Bounds;
 use crate::scenario::file::{
-    AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs, Scenario,
-    SensorsFile, WaterFile,
+    AcousticsFile, BoundsFile, Calls, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs,
+    Scenario, SensorsFile, WaterFile,
 };
 use crate::world::World;
 use crate::world::fault::{Fault, FaultKind, Faults};
@@ -174,6 +174,10 @@ impl Scenario {
                 "knowledge.acoustics.course_and_speed",
                 "a state has course and speed; reported_as = \"reports\" needs none",
             ));
+        }
+        if file.calls != Calls::Unasked && !self.has_fleet() {
+            let reason = "one surface craft has the slots for itself; leave it out";
+            return Err(invalid("knowledge.acoustics.calls", reason));
         }
         let check = |member, value, range| within(format!("knowledge.acoustics.{member}"), value, range);
         let longest = setup.latency.min(setup.frame);
