@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::{env, error::Error};
 
 use nalgebra::Vector2;
+use pilotfish_sim::fleet::Assigner;
 use planner::angle::{Course, Heading, direction, wrap};
 use planner::fleet::{Assignment, CraftAssignment, Fleet, Member};
 use planner::snapshot::{Limits, Reduce, VehicleId, Visits};
@@ -124,58 +125,6 @@ impl Scene {
     }
 }
 
-/// How AUVs are assigned.
-enum Rule {
-    Planner,
-    /// The craft of each AUV, always.
-    Fixed(Vec<usize>),
-    Nearest,
-    Auction,
-    Territories,
-}
-
-impl Rule {
-    /// The craft of each AUV, of those at these places.
-    fn assign(&self, craft: &[Vector2<f64>], auvs: &[Vector2<f64>]) -> Vec<usize> {
-        let nearest = |places: &[Vector2<f64>], to: &Vector2<f64>| {
-            let distance = |i: &usize| (places[*i] - to).norm();
-            (0..places.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0)
-        };
-        match self {
-            Self::Planner => vec![0; auvs.len()],
-            Self::Fixed(of) => of.iter().map(|craft_of| (*craft_of).min(craft.len() - 1)).collect(),
-            Self::Nearest => auvs.iter().map(|auv| nearest(craft, auv)).collect(),
-            Self::Auction => {
-                // Each craft bids its way to an AUV after those that it won.
-                let (mut ends, mut spent) = (craft.to_vec(), vec![0.0; craft.len()]);
-                let mut of = vec![None; auvs.len()];
-                for _ in auvs {
-                    let bids = (0..auvs.len()).filter(|auv| of[*auv].is_none()).flat_map(|auv| {
-                        let (ends, spent) = (&ends, &spent);
-                        (0..ends.len()).map(move |k| (spent[k] + (ends[k] - auvs[auv]).norm(), auv, k))
-                    });
-                    let Some((bid, auv, k)) = bids.min_by(|a, b| a.0.total_cmp(&b.0)) else { break };
-                    (of[auv], ends[k], spent[k]) = (Some(k), auvs[auv], bid);
-                }
-                of.into_iter().map(Option::unwrap_or_default).collect()
-            }
-            Self::Territories => {
-                let mut centres = craft.to_vec();
-                for _ in 0..20 {
-                    let of: Vec<_> = auvs.iter().map(|auv| nearest(&centres, auv)).collect();
-                    for (k, centre) in centres.iter_mut().enumerate() {
-                        let own: Vec<_> = (0..auvs.len()).filter(|i| of[*i] == k).map(|i| auvs[i]).collect();
-                        if !own.is_empty() {
-                            *centre = own.iter().sum::<Vector2<f64>>() / own.len() as f64;
-                        }
-                    }
-                }
-                auvs.iter().map(|auv| nearest(&centres, auv)).collect()
-            }
-        }
-    }
-}
-
 /// What a flight showed.
 #[derive(Default)]
 struct Outcome {
@@ -192,7 +141,7 @@ struct Outcome {
 /// A flight under way.
 struct Flight<'a> {
     scene: &'a Scene,
-    rule: &'a Rule,
+    rule: &'a Assigner,
     separation: f64,
     craft: Vec<Craft>,
     plans: BTreeMap<VehicleId, PreviousPlan>,
@@ -231,14 +180,14 @@ impl Flight<'_> {
     fn assign(&mut self, t: usize, fleet: &Fleet) -> Assignment {
         let is_new = |before: &Assignment| before.craft.len() != self.craft.len() || t.is_multiple_of(ANEW);
         let assignment = match (self.rule, &self.before) {
-            (Rule::Planner, _) => fleet.assign(&Parameters::default(), &Stop::never()),
+            (Assigner::Planner, _) => fleet.assign(&Parameters::default(), &Stop::never()),
             (_, Some(before)) if !is_new(before) => before.clone(),
             _ => {
                 let places: Vec<_> = self.craft.iter().map(|craft| craft.position).collect();
                 let auvs = self.scene.auvs.iter().map(|(_, lanes)| lanes.at(t as f64).0);
-                let of = self.rule.assign(&places, &auvs.collect::<Vec<_>>());
+                let of = self.rule.assign(&places, &auvs.collect::<Vec<_>>(), &|_, _| true);
                 let part = |k: usize| {
-                    let own = self.scene.auvs.iter().zip(&of).filter(|(_, of)| **of == k);
+                    let own = self.scene.auvs.iter().zip(&of).filter(|(_, of)| **of == Some(k));
                     own.map(|((id, _), _)| id.clone()).collect()
                 };
                 let parts = self.craft.iter().enumerate();
@@ -246,7 +195,7 @@ impl Flight<'_> {
                 Assignment { craft: parts.collect(), ..Assignment::default() }
             }
         };
-        if matches!(self.rule, Rule::Planner) && 0.0 < assignment.cost {
+        if *self.rule == Assigner::Planner && 0.0 < assignment.cost {
             self.seen.gap.push(1.0 - assignment.bound / assignment.cost);
         }
         let of = |assignment: &Assignment, id: &VehicleId| {
@@ -309,7 +258,7 @@ impl Flight<'_> {
     }
 }
 
-fn fly(scene: &Scene, rule: &Rule, separation: f64) -> Result<Outcome, Failure> {
+fn fly(scene: &Scene, rule: &Assigner, separation: f64) -> Result<Outcome, Failure> {
     let (plans, before, workspace) = (BTreeMap::new(), None, Workspace::default());
     let seen = Outcome { least: f64::INFINITY, ..Outcome::default() };
     let craft = scene.craft.clone();
@@ -374,19 +323,19 @@ fn main() -> Result<(), Failure> {
         for name in assign.split(',') {
             scene.craft = all.iter().take(if name == "one" { 1 } else { all.len() }).cloned().collect();
             let rules = match name {
-                "fleet" | "one" => vec![Rule::Planner],
-                "nearest" => vec![Rule::Nearest],
-                "auction" => vec![Rule::Auction],
-                "territories" => vec![Rule::Territories],
+                "fleet" | "one" => vec![Assigner::Planner],
                 "split" => {
                     let (m, n) = (scene.craft.len(), scene.auvs.len());
                     let digits = |mut code: usize| {
                         let mut next = || (code % m, code /= m).0;
-                        Rule::Fixed((0..n).map(|_| next()).collect())
+                        Assigner::Fixed((0..n).map(|_| next()).collect())
                     };
                     (0..m.pow(u32::try_from(n)?)).map(digits).collect()
                 }
-                other => return Err(format!("no assignment {other}").into()),
+                other => {
+                    let rule = Assigner::RULES.into_iter().find(|rule| rule.guide() == other);
+                    vec![rule.ok_or_else(|| format!("no assignment {other}"))?]
+                }
             };
             let flights = rules.iter().map(|rule| Ok((fly(&scene, rule, separation)?, rule)));
             let flights: Vec<_> = flights.collect::<Result<_, Failure>>()?;
@@ -397,7 +346,7 @@ fn main() -> Result<(), Failure> {
             };
             let best = flights.into_iter().min_by(|a, b| score(&a.0).total_cmp(&score(&b.0)));
             let Some((mut seen, rule)) = best else { continue };
-            let split = if let Rule::Fixed(of) = rule { Some(of) } else { None };
+            let split = if let Assigner::Fixed(of) = rule { Some(of) } else { None };
             let (gap, ms, ms99) =
                 (quantile(&mut seen.gap, 0.5), quantile(&mut seen.ms, 0.5), quantile(&mut seen.ms, 0.99));
             println!(

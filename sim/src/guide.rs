@@ -34,6 +34,20 @@ pub struct Guidance {
     pub solve_time: Option<Duration>,
 }
 
+impl Guidance {
+    /// What `plan` for `snapshot` asks for.
+    pub fn planned(snapshot: &Snapshot, plan: &Plan) -> Self {
+        Self {
+            reference: plan.reference,
+            method: Some(plan.method),
+            predicted_rms: Some(plan.predicted.rms_error_m),
+            serves: served(snapshot, plan.schedule.as_ref()),
+            manoeuvre: manoeuvre(plan),
+            solve_time: None,
+        }
+    }
+}
+
 impl From<Reference> for Guidance {
     /// A reference of which nothing else is known.
     fn from(reference: Reference) -> Self {
@@ -199,14 +213,7 @@ impl Guide for MpcGuide {
         let snapshot = snapshot.again(observation)?;
         let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
         self.previous = Some(PreviousPlan::from(&plan));
-        let guidance = Guidance {
-            reference: plan.reference,
-            method: Some(plan.method),
-            predicted_rms: Some(plan.predicted.rms_error_m),
-            serves: served(&snapshot, plan.schedule.as_ref()),
-            manoeuvre: manoeuvre(&plan),
-            solve_time: None,
-        };
+        let guidance = Guidance::planned(&snapshot, &plan);
         self.last = Some((snapshot, plan));
         Ok(guidance)
     }

@@ -17,8 +17,10 @@
 //! - [`own_navigation`]: the navigation of AUVs that the craft localises.
 //! - [`visits`]: the true costs of unserved AUVs.
 //! - [`mission`]: the closed loop from start to end.
+//! - [`fleet`]: the same of several craft that share the AUVs.
 //! - [`record`] and [`metrics`]: rows of a run, and its measures; `geodesy` places them on Earth.
 
+pub mod fleet;
 pub mod guide;
 pub mod metrics;
 pub mod mission;

@@ -7,7 +7,7 @@ use planner::{
     angle::{direction, wrap},
     los::Reference,
     plan::Method,
-    snapshot::{KeepOut, VESSEL_SEPARATION_DEFAULT, no_go_depths},
+    snapshot::{KeepOut, Limits, VESSEL_SEPARATION_DEFAULT, no_go_depths},
 };
 use serde::Serialize;
 
@@ -25,7 +25,8 @@ pub struct Metrics {
     pub auvs: Vec<AuvMetrics>,
 }
 
-/// Metrics of the surface craft. Distances are true ones to the goal, over the mission by default.
+/// Metrics of the surface craft, or of several together. Distances are true ones to the goal, of several
+/// to each one's part of it, over the mission by default.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SurfaceCraftMetrics {
     /// Root mean square distance to the goal, m.
@@ -188,12 +189,19 @@ impl Metrics {
 }
 
 impl SurfaceCraftMetrics {
-    fn of(record: &Record) -> Option<Self> {
-        let rows: Vec<&SurfaceCraftRow> = record.surface_craft_rows().map(|(_, row)| row).collect();
-        let last = rows.last()?;
+    /// The metrics of `record`; none without a surface craft.
+    pub fn of(record: &Record) -> Option<Self> {
+        let craft: Vec<Vec<&SurfaceCraftRow>> = (0..record.rows.first()?.craft().count())
+            .map(|number| record.rows.iter().filter_map(|row| row.craft().nth(number)).collect())
+            .collect();
+        let rows = craft.concat();
         let mut distances: Vec<f64> = rows.iter().map(|row| row.distance()).collect();
-        let settled = record.settled_rows().filter_map(|row| row.surface_craft.as_ref());
+        let settled = record.settled_rows().flat_map(Row::craft);
         let settled: Vec<f64> = settled.map(SurfaceCraftRow::distance).collect();
+        let at_last = |of: fn(&SurfaceCraftRow) -> f64| {
+            // Not `sum`, which is −0.0 over nothing.
+            craft.iter().filter_map(|rows| rows.last()).fold(0.0, |sum, row| sum + of(row))
+        };
         let (rms_m, mean_m, settled_rms_m) = (rms(&distances), mean(&distances), rms(&settled));
         distances.sort_by(f64::total_cmp);
         let mut times: Vec<f64> = rows.iter().filter_map(|row| row.solve_ms).collect();
@@ -206,9 +214,9 @@ impl SurfaceCraftMetrics {
             settled_rms_m,
             time_in_range_s: time_in_range(record),
             violations: Violations::of(record),
-            energy_j: last.energy,
-            heading_travel_rad: last.heading_travel,
-            reference_jerk: reference_jerk(&rows, record.interval),
+            energy_j: at_last(|row| row.energy),
+            heading_travel_rad: at_last(|row| row.heading_travel),
+            reference_jerk: reference_jerk(&craft, record.interval),
             solve_ms_p50: quantile(&times, 50),
             solve_ms_p99: quantile(&times, 99),
             answers_by_method: AnswersByMethod::of(&rows),
@@ -286,15 +294,18 @@ impl VisitMetrics {
         let begins = |pair: &[Row], auv: usize| !served(&pair[0], auv) && served(&pair[1], auv);
         let begun = |pair: &[Row]| every().filter(|&auv| begins(pair, auv)).count();
         let at_once = every().filter(|&auv| served(&record.rows[0], auv)).count();
-        let serves = |row: &Row| row.surface_craft.as_ref().and_then(|craft| craft.serves);
-        let chosen: Vec<usize> = record.rows.iter().filter_map(serves).collect();
+        let changes = |number: usize| {
+            let serves = |row: &Row| row.craft().nth(number).and_then(|craft| craft.serves);
+            let chosen: Vec<usize> = record.rows.iter().filter_map(serves).collect();
+            chosen.windows(2).filter(|pair| pair[0] != pair[1]).count()
+        };
         let is_late = |row: &Row, auv: usize| row.auvs[auv].service.is_some_and(|service| service.late);
         let late = |auv: &usize| record.rows.iter().any(|row| is_late(row, *auv));
         Some(Self {
             mean_cost: mean(&means),
             max_cost: most,
             visits: at_once + record.rows.windows(2).map(begun).sum::<usize>(),
-            changes: chosen.windows(2).filter(|pair| pair[0] != pair[1]).count(),
+            changes: (0..record.fleet.len().max(1)).map(changes).sum(),
             deadlines_missed: every().filter(late).count(),
         })
     }
@@ -320,16 +331,26 @@ impl AuvMetrics {
 
 impl Violations {
     fn of(record: &Record) -> Self {
-        let Some(limits) = &record.limits else {
+        if record.limits.is_none() {
             return Self::default();
-        };
+        }
         let bounds = &record.bounds;
+        // The worst of all craft.
         let craft = |excess: &dyn Fn(&SurfaceCraftRow) -> f64| {
-            Violation::of(record, &|row| row.surface_craft.as_ref().map_or(0.0, excess))
+            Violation::of(record, &|row| row.craft().map(excess).fold(f64::NEG_INFINITY, f64::max))
+        };
+        let limited = |excess: fn(&SurfaceCraftRow, &Limits) -> f64| {
+            let limits: Vec<_> =
+                (0..record.fleet.len().max(1)).map(|number| record.limits_of(number)).collect();
+            Violation::of(record, &|row| {
+                let craft = row.craft().zip(&limits);
+                let excesses = craft.filter_map(|(craft, limits)| Some(excess(craft, limits.as_ref()?)));
+                excesses.fold(f64::NEG_INFINITY, f64::max)
+            })
         };
         Self {
-            turn_rate_radps: craft(&|craft| craft.yaw_rate.abs() - limits.turn_rate_max),
-            speed_mps: craft(&|craft| craft.surge - 1.01 * limits.speed_max),
+            turn_rate_radps: limited(|craft, limits| craft.yaw_rate.abs() - limits.turn_rate_max),
+            speed_mps: limited(|craft, limits| craft.surge - 1.01 * limits.speed_max),
             keep_out_m: craft(&|craft| {
                 let inside = |disc: &KeepOut| disc.radius_m - (craft.position - disc.centre()).norm();
                 bounds.keep_outs.iter().map(inside).fold(0.0, f64::max)
@@ -366,15 +387,15 @@ impl Violation {
     }
 }
 
-/// Slant range from the surface craft to the farthest underwater vehicle, m.
+/// Slant range from the nearest surface craft to the farthest underwater vehicle, m.
 fn farthest(row: &Row) -> f64 {
     let ranges = row.auvs.iter().filter_map(|auv| slant_range(row, auv));
     ranges.fold(0.0, f64::max)
 }
 
 fn slant_range(row: &Row, auv: &AuvRow) -> Option<f64> {
-    let craft = row.surface_craft.as_ref()?;
-    Some((craft.position - auv.position).norm().hypot(auv.depth))
+    let ranges = row.craft().map(|craft| (craft.position - auv.position).norm().hypot(auv.depth));
+    ranges.reduce(f64::min)
 }
 
 /// Distance of `position` outside a convex area, m, from the line of its nearest side. Negative
@@ -419,13 +440,13 @@ fn time_in_range(record: &Record) -> BTreeMap<String, f64> {
     ids.map(|(i, id)| (id, seconds(i))).collect()
 }
 
-fn reference_jerk(rows: &[&SurfaceCraftRow], interval: f64) -> f64 {
+fn reference_jerk(craft: &[Vec<&SurfaceCraftRow>], interval: f64) -> f64 {
     let velocity = |reference: &Reference| reference.heading.unit() * reference.speed;
     let jerk = |three: &[&SurfaceCraftRow]| {
         let [a, b, c] = [0, 1, 2].map(|i| velocity(&three[i].reference));
         (a - b * 2.0 + c).norm() / (interval * interval)
     };
-    rms(&rows.windows(3).map(jerk).collect::<Vec<_>>())
+    rms(&craft.iter().flat_map(|rows| rows.windows(3).map(jerk)).collect::<Vec<_>>())
 }
 
 /// The value that `per_cent` % of the `sorted` values do not exceed (nearest rank), if any.

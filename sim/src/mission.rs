@@ -1,11 +1,13 @@
 //! A mission: observe, ask the guide, follow its reference for a second, repeat.
 
 use nalgebra::Vector2;
-use planner::{angle::wrap, goal::GoalForecast, snapshot::Snapshot};
+use planner::angle::wrap;
+use planner::goal::GoalForecast;
+use planner::snapshot::{Goal, PlanRequest, Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
-    observe::Messages,
+    observe::{Acoustics, Messages},
     record::{
         AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, NavigationRow, Record, Row, SurfaceCraftRow,
         VesselRow,
@@ -71,6 +73,8 @@ pub struct Mission {
     record: Record,
     ticks: u32,
     ticks_max: u32,
+    /// `true` while the craft has no goal.
+    stands_by: bool,
 }
 
 impl Mission {
@@ -92,6 +96,7 @@ impl Mission {
             record,
             ticks: 0,
             ticks_max,
+            stands_by: false,
         }
     }
 
@@ -130,16 +135,55 @@ impl Mission {
         observer.is_some_and(|observer| matches!(observer.briefing.messages, Messages::Ranges { .. }))
     }
 
+    /// What [`Self::observe`] makes a snapshot of.
+    pub(crate) fn request(&mut self) -> Option<PlanRequest> {
+        let world = &self.start.world;
+        let (observer, craft) = (self.start.observer.as_mut()?, world.surface_craft.as_ref()?);
+        Some(observer.request(world, craft, PLAN_INTERVAL))
+    }
+
+    /// Position of the surface craft (north, east), m, unless it is dead.
+    pub(crate) fn position(&self) -> Option<Vector2<f64>> {
+        let world = &self.start.world;
+        let craft = world.surface_craft.as_ref();
+        craft.filter(|_| !world.faults.craft_is_dead(world.time())).map(SurfaceCraft::position)
+    }
+
+    /// True positions of the AUVs (north, east), m.
+    pub(crate) fn auv_positions(&self) -> Vec<Vector2<f64>> {
+        self.start.world.auvs.iter().map(SimulatedAuv::position).collect()
+    }
+
+    /// The channel between the AUVs and the surface craft, if there is one.
+    pub(crate) fn acoustics(&mut self) -> Option<&mut Acoustics> {
+        self.start.observer.as_mut()?.acoustics.as_mut()
+    }
+
+    /// Changes the goal by which the distance is measured; without one it is 0.
+    pub(crate) fn pursue(&mut self, goal: Option<&Goal>) {
+        self.stands_by = goal.is_none();
+        if let (Some(goal), Some(pursued)) = (goal, &mut self.goal) {
+            pursued.change(goal);
+        }
+    }
+
     /// Advances by a tick. The surface craft follows the guide's answer to [`Self::observe`].
     pub fn step(&mut self, guided: Option<(&Snapshot, Guidance)>) {
+        self.sail(guided, &Vec::from_iter(self.position()));
+        self.navigate(&Vec::from_iter(self.position()));
+    }
+
+    /// Advances all but the AUVs' own navigation by a tick. The AUVs are served by `craft`, at these positions.
+    pub(crate) fn sail(&mut self, guided: Option<(&Snapshot, Guidance)>, craft: &[Vector2<f64>]) {
         let world = &self.start.world;
         let mut row = Row {
             time: world.time(),
             surface_craft: None,
+            consorts: vec![],
             auvs: world.auvs.iter().map(|auv| auv_row(world, auv)).collect(),
             vessels: world.vessels.iter().map(vessel_row).collect(),
         };
-        if let (Some((snapshot, guidance)), Some(craft), Some(goal)) =
+        if let (Some((snapshot, guidance)), Some(asc), Some(goal)) =
             (guided, &world.surface_craft, &mut self.goal)
         {
             for (auv, estimate) in row.auvs.iter_mut().zip(snapshot.estimates()) {
@@ -151,10 +195,10 @@ impl Mission {
                     age: estimate.state.age_s,
                 });
             }
-            let goal = goal.position(world, guidance.serves);
-            row.surface_craft = Some(surface_craft_row(world, craft, goal, snapshot, guidance));
+            let goal = if self.stands_by { asc.position() } else { goal.position(world, guidance.serves) };
+            row.surface_craft = Some(surface_craft_row(world, asc, goal, snapshot, guidance));
         }
-        if let (Some(costs), Some(craft)) = (&mut self.costs, &world.surface_craft) {
+        if let Some(costs) = &mut self.costs {
             for (place, auv) in row.auvs.iter_mut().enumerate() {
                 auv.service = costs.observe(world, craft, place);
             }
@@ -179,13 +223,15 @@ impl Mission {
                 observer.listen(&self.start.world);
             }
         }
-        let world = &mut self.start.world;
-        if let (Some(navigation), Some(craft)) = (&mut self.start.own_navigation, world.surface_craft.clone())
-        {
-            navigation.advance(world, &craft);
-        }
         self.record.rows.push(row);
         self.ticks += 1;
+    }
+
+    /// Advances the AUVs' own navigation, which measures from `craft`, at these positions.
+    pub(crate) fn navigate(&mut self, craft: &[Vector2<f64>]) {
+        if let Some(navigation) = &mut self.start.own_navigation {
+            navigation.advance(&mut self.start.world, craft);
+        }
     }
 
     /// The record so far.
@@ -196,6 +242,11 @@ impl Mission {
     /// The record.
     pub fn into_record(self) -> Record {
         self.record
+    }
+
+    /// The record so far, for who completes it.
+    pub(crate) fn record_mut(&mut self) -> &mut Record {
+        &mut self.record
     }
 
     /// Removes the rows so far from the record, for a caller that stores them.
@@ -222,6 +273,7 @@ fn empty_record(scenario: &Scenario, start: &Start, guide: &str, seed: u64) -> R
         settled_after: start.settled_after,
         contact_range: start.contact_range,
         limits: start.limits,
+        fleet: vec![],
         plant: plant(scenario, &start.world),
         bounds: start.bounds.clone(),
         faults: start.world.faults.0.clone(),
@@ -316,6 +368,7 @@ fn auv_row(world: &World, auv: &SimulatedAuv) -> AuvRow {
         cross_track: error.y_1,
         known: None,
         service: None,
+        craft: None,
         navigation: None,
     }
 }

@@ -94,7 +94,7 @@ pub struct Observer {
     pub briefing: Briefing,
     sensors: SurfaceSensors,
     /// Acoustic channel; without it, every observation contains every vehicle's exact state.
-    acoustics: Option<Acoustics>,
+    pub(crate) acoustics: Option<Acoustics>,
     /// Receiver of what other vessels say, if there are any.
     pub ais: Option<Ais>,
     /// The messages of every underwater vehicle, in the world's order.
@@ -202,6 +202,12 @@ impl Observer {
         craft: &SurfaceCraft,
         interval: f64,
     ) -> Result<Snapshot, InvalidRequest> {
+        let request = self.request(world, craft, interval);
+        Snapshot::with(request, &self.briefing.tuned, &|| false)
+    }
+
+    /// The same, before anything is checked and estimated.
+    pub fn request(&mut self, world: &World, craft: &SurfaceCraft, interval: f64) -> PlanRequest {
         let time = world.time();
         if self.acoustics.is_none() {
             self.receive_every_state(world);
@@ -234,7 +240,7 @@ impl Observer {
         };
         let auvs = self.received.iter().zip(&world.auvs).map(auv).collect();
         let range_max_m = briefing.bounds.range_max;
-        let request = PlanRequest {
+        PlanRequest {
             current: briefing.current.then_some(current.into()),
             limits: Some(briefing.limits.into()),
             craft: Some(briefing.craft.clone()),
@@ -252,8 +258,7 @@ impl Observer {
                 auvs,
                 Task { goal: briefing.goal.clone(), offset: briefing.offset },
             )
-        };
-        Snapshot::with(request, &briefing.tuned, &|| false)
+        }
     }
 
     /// The counts of messages, with acoustics.

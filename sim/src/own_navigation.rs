@@ -6,9 +6,7 @@ use planner::snapshot::{Fixes, Goal, Localise};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use crate::{
-    fault::Behaviour, observe::normal_pair, record::NavigationRow, surface_craft::SurfaceCraft, world::World,
-};
+use crate::{fault::Behaviour, observe::normal_pair, record::NavigationRow, world::World};
 
 /// Standard deviation of a launch position along either axis, m. Assumption: that of GNSS.
 const LAUNCH_SIGMA: f64 = 1.0;
@@ -77,8 +75,8 @@ impl OwnNavigation {
         })
     }
 
-    /// Advances to the world's time, with the measurements that were due.
-    pub(crate) fn advance(&mut self, world: &mut World, craft: &SurfaceCraft) {
+    /// Advances to the world's time, with the measurements that were due from `craft`, positions.
+    pub(crate) fn advance(&mut self, world: &mut World, craft: &[Vector2<f64>]) {
         let now = world.time();
         let elapsed = now - self.then;
         self.then = now;
@@ -89,8 +87,7 @@ impl OwnNavigation {
         }
         while self.next <= now {
             self.next += self.goal.interval_s;
-            let craft = [craft.position()];
-            let sources = if self.anchored.is_empty() { &craft[..] } else { &self.anchored.clone() };
+            let sources = if self.anchored.is_empty() { craft } else { &self.anchored.clone() };
             for source in sources {
                 for place in 0..self.members.len() {
                     self.measure(world, source, place, now);
@@ -172,10 +169,8 @@ mod tests {
             navigation.faults = faults;
             for second in 0..1200 {
                 let time = world.time();
-                let mut craft = world.surface_craft.clone().expect("there is one");
-                let north_east = world.auvs[0].position() + place(time);
-                craft.state.fixed_rows_mut::<2>(0).copy_from(&north_east);
-                navigation.advance(&mut world, &craft);
+                let craft = world.auvs[0].position() + place(time);
+                navigation.advance(&mut world, &[craft]);
                 if 300 < second {
                     let row = navigation.row(&world, 0).expect("is localised");
                     (squares, nees, n) = (squares + row.error.powi(2), nees + row.nees, n + 1.0);

@@ -35,6 +35,9 @@ pub struct Record {
     pub contact_range: Option<f64>,
     /// Declared limits of the surface craft, if there is one.
     pub limits: Option<Limits>,
+    /// Names and limits of several surface craft, of which the first is that of the other members;
+    /// empty for one.
+    pub fleet: Vec<FleetCraft>,
     /// Physical limits of the surface craft, if known.
     pub plant: Option<Plant>,
     /// Bounds of the surface craft.
@@ -58,10 +61,35 @@ impl Record {
         rows.filter_map(|row| Some((row.time, row.surface_craft.as_ref()?)))
     }
 
+    /// The record of the craft with this number of several alone, with what all craft did for the AUVs.
+    #[must_use]
+    pub fn of_craft(&self, number: usize) -> Self {
+        let mut own = Self { fleet: vec![], limits: self.limits_of(number), ..self.clone() };
+        for row in &mut own.rows {
+            let craft = row.craft().nth(number).copied();
+            (row.surface_craft, row.consorts) = (craft, vec![]);
+        }
+        own
+    }
+
+    /// Declared limits of the surface craft with this number.
+    pub fn limits_of(&self, number: usize) -> Option<Limits> {
+        self.fleet.get(number).map_or(self.limits, |craft| craft.limits)
+    }
+
     /// The rows from the settling time on.
     pub fn settled_rows(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| self.settled_after <= row.time)
     }
+}
+
+/// One of several surface craft.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FleetCraft {
+    /// Its name.
+    pub id: String,
+    /// Its declared limits.
+    pub limits: Option<Limits>,
 }
 
 /// Bounds of the surface craft.
@@ -86,8 +114,10 @@ pub struct Bounds {
 pub struct Row {
     /// True time since the start, s.
     pub time: f64,
-    /// The surface craft, if there is one.
+    /// The surface craft, if there is one, or the first of several.
     pub surface_craft: Option<SurfaceCraftRow>,
+    /// The craft after the first of several.
+    pub consorts: Vec<SurfaceCraftRow>,
     /// The underwater vehicles.
     pub auvs: Vec<AuvRow>,
     /// The other vessels.
@@ -108,6 +138,11 @@ pub struct VesselRow {
 }
 
 impl Row {
+    /// Every surface craft.
+    pub fn craft(&self) -> impl Iterator<Item = &SurfaceCraftRow> {
+        self.surface_craft.iter().chain(&self.consorts)
+    }
+
     /// Mean cost of the visited underwater vehicles that are alive, if any.
     pub fn mean_cost(&self) -> Option<f64> {
         let costs = self.auvs.iter().filter_map(|auv| Some(auv.service?.cost));
@@ -206,6 +241,8 @@ pub struct AuvRow {
     pub known: Option<KnownAuv>,
     /// Its service; none if it is dead or the goal does not visit it.
     pub service: Option<Service>,
+    /// Number of the surface craft that has it, of several.
+    pub craft: Option<usize>,
     /// Its own navigation; none if the goal does not localise it.
     pub navigation: Option<NavigationRow>,
 }

@@ -21,6 +21,7 @@ pub use quantity::*;
 pub use source::{Source, line_of, line_of_field};
 pub use start::{InvalidScenario, Start};
 
+use file::{completed, relaxed};
 use quantity::{schema_within, unit_of};
 
 macro_rules! built_in {
@@ -85,6 +86,11 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "traffic-lane",
     "no-go-bay",
     "no-go-strait",
+    "fleet-survey",
+    "fleet-square",
+    "fleet-dies",
+    "fleet-speeds",
+    "fleet-localise",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.
@@ -143,7 +149,11 @@ impl Scenario {
     }
 
     fn of_tree(tree: &Value) -> Result<Self, InvalidScenario> {
-        serde_path_to_error::deserialize(tree).map_err(|error| {
+        let tree = completed(tree).map_err(|(craft, shared)| InvalidScenario {
+            field: format!("surface_craft[{craft}].{shared}"),
+            reason: "all craft have that of the first: give it there alone".to_owned(),
+        })?;
+        serde_path_to_error::deserialize(&*tree).map_err(|error| {
             let field = error.path().to_string();
             // The path of the whole file is a dot.
             let field = if field == "." { "file".to_owned() } else { field };
@@ -197,6 +207,7 @@ impl Scenario {
                 }
             }
         }
+        relaxed(&mut schema);
         schema
     }
 
@@ -213,7 +224,13 @@ impl Scenario {
 
     /// `true` if there is a surface craft to guide.
     pub fn has_surface_craft(&self) -> bool {
-        self.surface_craft.is_some()
+        !self.surface_craft.is_empty()
+    }
+
+    /// `true` if there are several surface craft, which [`crate::fleet`] flies. All else flies the
+    /// first of them alone.
+    pub fn has_fleet(&self) -> bool {
+        1 < self.surface_craft.len()
     }
 }
 

@@ -6,7 +6,7 @@
 use nalgebra::{Matrix2, Vector2};
 use planner::snapshot::{Fixes, Goal, VehicleId, VisitCost, Visits};
 
-use crate::{fault::Behaviour, record::Service, surface_craft::SurfaceCraft, world::World};
+use crate::{fault::Behaviour, record::Service, world::World};
 
 /// The costs of the AUVs of a goal, in its order, without those of weight 0.
 #[derive(Clone, Debug)]
@@ -145,17 +145,20 @@ impl TrueCosts {
         })
     }
 
-    /// Service of the world's AUV number `auv` now; none if it is dead or not of the goal. Call it
-    /// for each AUV before [`TrueCosts::end_tick`].
-    pub(crate) fn observe(&mut self, world: &World, craft: &SurfaceCraft, auv: usize) -> Option<Service> {
+    /// Service of the world's AUV number `auv` now by the nearest `craft`, by their positions; none if
+    /// it is dead or not of the goal. Call it for each AUV before [`TrueCosts::end_tick`].
+    pub(crate) fn observe(&mut self, world: &World, craft: &[Vector2<f64>], auv: usize) -> Option<Service> {
         let (now, is) = (world.time(), &world.auvs[auv]);
         let place = self.costs.auvs.iter().position(|id| *id == is.id)?;
         if world.faults.behaviour(auv, now) == Behaviour::Drifts {
             return None;
         }
-        let (off, depth) = (is.position() - craft.position(), is.depth());
-        let served = self.costs.serves(off.norm(), depth);
-        self.costs.advance(place, now - self.then, served.then_some(ServedAt { off, depth }));
+        let depth = is.depth();
+        let off = craft.iter().map(|craft| is.position() - craft);
+        let nearest = off.min_by(|a, b| a.norm().total_cmp(&b.norm()));
+        let served_at = nearest.filter(|off| self.costs.serves(off.norm(), depth));
+        self.costs.advance(place, now - self.then, served_at.map(|off| ServedAt { off, depth }));
+        let served = served_at.is_some();
         let due = self.costs.visits.serve_by_s.get(&is.id);
         let in_time = &mut self.in_time[place];
         let late = due.is_some_and(|due| *due < now);

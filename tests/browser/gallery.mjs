@@ -16,6 +16,8 @@ const MISS_MAX = 0.02;
 const MARGIN = 10;
 /** Scenarios whose goal is where the planner chooses, or that a law does not know: it sees neither vessels nor no-go areas. */
 const VISITS = /^(visit|localise|traffic|no-go)-/;
+/** Scenarios with several craft: a simulated mission of the service has one. */
+const SEVERAL = /^fleet-/;
 /** Another processor may round another way, which a long run amplifies: distances differ by no more than this share. */
 const DIFFERENCE_MAX = 0.05;
 /** A law that goes round the goal and not to it is no opponent. */
@@ -25,7 +27,7 @@ const [check, file, ...only] = process.argv[2] === "--check" ? [true, process.ar
 const service = await startService();
 try {
   const lines = execFileSync(PROGRAM, ["scenarios"], { encoding: "utf8" }).trim().split("\n");
-  const listed = lines.map((line) => /^(\S+)\s+(.*)$/.exec(line).slice(1)).filter(([, title]) => !title.includes("no surface craft"));
+  const listed = lines.map((line) => /^(\S+)\s+(.*)$/.exec(line).slice(1)).filter(([name, title]) => !title.includes("no surface craft") && !SEVERAL.test(name));
   const before = check || only.length ? JSON.parse(await readFile(file, "utf8")).scenarios : [];
   if (check && listed.map(([name]) => name).join() !== before.map(({ name }) => name).join()) throw new Error(`${file} has other scenarios: draw it again`);
   const scenarios = [], differ = [];

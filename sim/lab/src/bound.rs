@@ -7,11 +7,11 @@ use sim::record::{Record, Row, SurfaceCraftRow};
 use crate::clairvoyant::{Pursuit, clairvoyant};
 
 /// Lower bound of the root mean square distance to the goal over the whole mission, m, for this
-/// plant, start and recorded current. `None` without a surface craft or its plant, and for a goal
-/// that visits: its guide chooses where to go. A program with a stage per row: slow.
+/// plant, start and recorded current. `None` without a surface craft or its plant, for several,
+/// and for a goal that visits: its guide chooses where to go. A program with a stage per row: slow.
 pub(crate) fn bound_rms_m(record: &Record) -> Option<f64> {
     let visits = |row: &Row| row.auvs.iter().any(|auv| auv.service.is_some());
-    if record.rows.iter().any(visits) {
+    if record.rows.iter().any(visits) || !record.fleet.is_empty() {
         return None;
     }
     let crafts: Vec<&SurfaceCraftRow> = record.surface_craft_rows().map(|(_, craft)| craft).collect();
@@ -55,7 +55,11 @@ mod tests {
     fn no_run_is_better_than_its_bound() {
         for name in Scenario::names() {
             let scenario = short(name);
-            if !scenario.has_surface_craft() || scenario.water.waves.is_some() || name.starts_with("visit") {
+            if !scenario.has_surface_craft()
+                || scenario.water.waves.is_some()
+                || name.starts_with("visit")
+                || scenario.has_fleet()
+            {
                 continue;
             }
             let guides: [&mut dyn Guide; 2] = [&mut los(), &mut MpcGuide::new(Parameters::default())];

@@ -10,7 +10,7 @@ use planner::los::{LawGains, LosLaw, LosTuning};
 use planner::snapshot::{FigureKind, Goal, Snapshot};
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
-use sim::{guide::GuideError, mission::Mission, record::Record, scenario::Scenario};
+use sim::{fleet::Assigner, guide::GuideError, mission::Mission, record::Record, scenario::Scenario};
 
 use crate::campaign::controller::ControlLaw;
 use crate::campaign::design::Condition;
@@ -57,9 +57,14 @@ pub enum ComparisonError {
 }
 
 /// The controllers as in a campaign file: the planner, any external law, then the laws in the order
-/// of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`].
+/// of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`]; of several craft, rules that assign AUVs.
 fn controllers(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<Value> {
     let mut all = vec![json!({ "name": PLANNER, "planner": {} })];
+    if scenario.has_fleet() {
+        let rule = |rule: Assigner| json!({ "name": rule.guide(), "planner": {}, "assign": rule });
+        all.extend(Assigner::RULES.map(rule));
+        return all;
+    }
     all.extend(guide.map(|url| json!({ "name": GUIDE, "guide": url.to_string() })));
     if localises(scenario) {
         all.extend([FigureKind::Circle, FigureKind::ZigzagAstern, FigureKind::Above].map(|kind| {
@@ -129,12 +134,12 @@ fn best(campaign: &Campaign, controller: usize, progress: &mut dyn FnMut(f64)) -
 }
 
 fn visits(scenario: &Scenario) -> bool {
-    let craft = scenario.surface_craft.as_ref();
+    let craft = scenario.surface_craft.first();
     craft.is_some_and(|craft| matches!(craft.goal, Goal::Visit(_)))
 }
 
 fn localises(scenario: &Scenario) -> bool {
-    let craft = scenario.surface_craft.as_ref();
+    let craft = scenario.surface_craft.first();
     craft.is_some_and(|craft| matches!(craft.goal, Goal::Localise(_)))
 }
 
@@ -300,6 +305,23 @@ mod tests {
             "\nmean cost of the AUVs ".to_owned(),
         ] {
             assert!(table.contains(&line), "{line}");
+        }
+    }
+
+    #[test]
+    fn rules_that_assign_auvs_fly_for_several_craft() {
+        let scenario = Scenario::named("fleet-survey").expect("exists").lasting(20.0);
+        let comparison = Comparison::run(&scenario, 1, None, &mut |_, _| {}).expect("flies");
+        let names: Vec<_> = comparison.controllers.iter().map(|controller| &controller.name).collect();
+        assert_eq!(names, ["mpc", "one", "nearest", "auction", "territories"]);
+        let sailed = |i: usize| comparison.controllers[i].scores.fleet.as_ref().expect("are two");
+        let energies = |i| sailed(i).craft.values().map(|craft| craft.energy_j).collect::<Vec<_>>();
+        assert!(energies(1)[1] < 0.1 * energies(1)[0], "{:?}", energies(1));
+        assert!(0.5 * energies(0)[0] < energies(0)[1], "{:?}", energies(0));
+        assert!(comparison.controllers[0].scores.metrics.solve_ms_p50.is_some());
+        let table = comparison.to_string();
+        for line in ["least distance between craft, m", "the rules assign AUVs to craft"] {
+            assert!(table.contains(line), "{table}");
         }
     }
 

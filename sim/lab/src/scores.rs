@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use serde_json::Value;
+use sim::fleet::FleetMetrics;
 use sim::metrics::{AuvMetrics, Metrics, SurfaceCraftMetrics};
 use sim::record::Record;
 
@@ -16,6 +17,9 @@ pub struct Scores {
     /// Gap between the root mean square distance and its lower bound for this hull with the future
     /// known, m; `None` in waves, whose push has no bound.
     pub regret_m: Option<f64>,
+    /// What several craft did together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetMetrics>,
 }
 
 impl Scores {
@@ -23,7 +27,7 @@ impl Scores {
     pub fn of(record: &Record) -> Option<Self> {
         let metrics = Metrics::of(record).surface_craft?;
         let regret_m = bound_rms_m(record).map(|bound| metrics.rms_m - bound);
-        Some(Self { metrics, regret_m })
+        Some(Self { metrics, regret_m, fleet: FleetMetrics::of(record) })
     }
 
     /// The scores as lines of a table: name, and value for people.
@@ -43,7 +47,11 @@ impl Scores {
 pub(crate) const IN_RANGE: &str = "time_in_range_s.";
 
 /// The lines: name, heading in a comparison's table, and decimals.
-pub(crate) const LINES: [(&str, &str, usize); 38] = [
+pub(crate) const LINES: [(&str, &str, usize); 42] = [
+    ("fleet.craft_separation_m", "least distance between craft, m", 1),
+    ("fleet.too_near_m", "craft nearer than to keep, m", 1),
+    ("fleet.reassignments", "AUVs that changed their craft", 0),
+    ("fleet.company_rms_m", "AUVs from their craft, RMS, m", 2),
     ("visits.mean_cost", "mean cost of the AUVs", 2),
     ("visits.max_cost", "largest cost of an AUV", 1),
     ("visits.visits", "visits", 0),
@@ -100,9 +108,19 @@ fn for_people(value: &Value, digits: usize) -> String {
     }
 }
 
-/// All scores as table lines: the surface craft's, and each AUV's distance from its path.
+/// All scores as table lines: the surface craft's, of several each one's, and each AUV's distance from
+/// its path.
 pub fn lines(record: &Record) -> Vec<(String, String)> {
-    let mut lines = Scores::of(record).map_or_else(Vec::new, |scores| scores.lines());
+    let scores = Scores::of(record);
+    let mut lines = scores.as_ref().map_or_else(Vec::new, Scores::lines);
+    if let Some(fleet) = scores.and_then(|scores| scores.fleet) {
+        for (id, craft) in fleet.craft {
+            lines.push((format!("{id}.rms_m"), format!("{:.3}", craft.rms_m)));
+            lines.push((format!("{id}.energy_j"), format!("{:.0}", craft.energy_j)));
+            let served = fleet.served_s[&id].iter().filter(|(_, seconds)| 0.0 < **seconds);
+            lines.extend(served.map(|(auv, s)| (format!("{id}.served_s.{auv}"), format!("{s:.0}"))));
+        }
+    }
     for auv in &Metrics::of(record).auvs {
         let values = auv_values(auv).into_iter();
         lines.extend(values.map(|(name, value)| (format!("{}.{name}", auv.id), format!("{value:.3}"))));

@@ -136,7 +136,7 @@ fn without_drag_feed_forward_the_planner_loses_slightly_in_the_approach_and_wins
         ("paper-intermittent", 0.5),
     ] {
         let mut scenario = Scenario::named(name).expect("exists");
-        let craft = scenario.surface_craft.as_mut().expect("has one");
+        let craft = scenario.surface_craft.first_mut().expect("has one");
         craft.drag_feed_forward = false;
         let ([los, mpc], _) = both(&scenario, SEEDS[0]);
         assert_at_most(share, mpc.rms_m, los.rms_m, name);

@@ -70,14 +70,16 @@ fn track_points<'a>(row: &Row<'a>) -> impl Iterator<Item = (&'static str, &'a st
     let time = row.t_s.unwrap_or_default();
     let place = |position, depth| TimedPosition { time, position, depth };
     let vehicle = row.place().map(|(id, position)| {
-        if id == SURFACE_CRAFT {
+        // One of several surface craft has a name of its own.
+        if id == SURFACE_CRAFT || row.energy_j.is_some() {
             ("asc", id, place(position, None))
         } else {
             ("auv", id, place(position, row.depth_m))
         }
     });
     let goal = row.goal_north_m.zip(row.goal_east_m);
-    let goal = goal.map(|(north, east)| ("goal", "goal", place(Vector2::new(north, east), None)));
+    let of_one = row.vehicle.filter(|id| *id != SURFACE_CRAFT).unwrap_or("goal");
+    let goal = goal.map(|(north, east)| ("goal", of_one, place(Vector2::new(north, east), None)));
     vehicle.into_iter().chain(goal)
 }
 

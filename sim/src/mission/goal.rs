@@ -36,6 +36,11 @@ impl TrueGoal {
         Self { goal, offset, course: Course::new(0.0) }
     }
 
+    /// Follows another goal from now on.
+    pub(crate) fn change(&mut self, goal: &Goal) {
+        self.goal.clone_from(goal);
+    }
+
     /// Its present position (north, east), m. A goal at rest keeps its course: call in time order.
     ///
     /// A goal that visits is at the vehicle `serves`, or without that at its nearest one.

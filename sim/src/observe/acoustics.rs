@@ -92,6 +92,8 @@ pub struct Acoustics {
     frame_steps: u32,
     /// Step of the frame at which each vehicle transmits.
     slot_steps: Vec<u32>,
+    /// `true` for vehicles that send only when they are called, and are not.
+    uncalled: Vec<bool>,
     /// Messages under way, in the order of their fixes.
     pending: Vec<Message>,
     counts: MessageCounts,
@@ -153,9 +155,27 @@ impl Acoustics {
             period,
             frame_steps,
             slot_steps,
+            uncalled: vec![false; setup.slots.len()],
             pending: Vec::with_capacity(QUEUE_PER_VEHICLE * setup.slots.len()),
             counts: MessageCounts::default(),
             setup: setup.clone(),
+        }
+    }
+
+    /// Largest slant range of a message, m.
+    pub(crate) fn range_max(&self) -> f64 {
+        self.setup.range_max
+    }
+
+    /// Lets each vehicle send in the slot in which it is called from now on, if it is: of the equal
+    /// slots of a frame, one for each vehicle.
+    pub(crate) fn call(&mut self, slots: &[Option<usize>]) {
+        let n = slots.len();
+        for (vehicle, slot) in slots.iter().enumerate() {
+            self.uncalled[vehicle] = slot.is_none();
+            let start = slot.map(|slot| self.setup.frame * slot as f64 / n as f64);
+            let step = start.map(|start| whole_steps(start, self.period) % self.frame_steps);
+            self.slot_steps[vehicle] = step.unwrap_or(self.slot_steps[vehicle]);
         }
     }
 
@@ -181,7 +201,7 @@ impl Acoustics {
         for (vehicle, (telemetry, silent)) in all_telemetry.iter().zip(silent).enumerate() {
             if self.slot_steps[vehicle] == step_of_frame {
                 let noise = SlotNoise::draw(&mut self.rng);
-                if !silent {
+                if !silent && !self.uncalled[vehicle] {
                     let range = (telemetry.position - asc_position).norm().hypot(telemetry.depth);
                     let fix =
                         Fix { from: *asc_position, ..self.fix(vehicle, sent_at, range, telemetry, &noise) };

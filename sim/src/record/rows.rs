@@ -52,7 +52,10 @@ impl Record {
     /// One instant: the plan, and each vehicle as it was and as it was known.
     fn table_rows(&self, row: &Row) -> Vec<TableRow<'_>> {
         let at = TableRow { t_s: Some(row.time), ..TableRow::default() };
-        let craft = row.surface_craft.iter().flat_map(|craft| surface_craft(&at, craft));
+        let craft = row.craft().enumerate().flat_map(|(number, craft)| {
+            let id = self.fleet.get(number).map(|craft| craft.id.as_str());
+            surface_craft(&at, id, craft)
+        });
         let auvs = self.auv_ids.iter().zip(&row.auvs);
         let vessels = self.vessel_ids.iter().zip(&row.vessels).map(|(id, is)| vessel(&at, id, is));
         craft.chain(auvs.flat_map(|(id, is)| auv(&at, id, is))).chain(vessels).collect()
@@ -72,10 +75,12 @@ fn vessel<'a>(at: &TableRow<'a>, id: &'a str, row: &VesselRow) -> TableRow<'a> {
     }
 }
 
-fn surface_craft<'a>(at: &TableRow<'a>, row: &SurfaceCraftRow) -> [TableRow<'a>; 3] {
-    let asc = TableRow { vehicle: Some(SURFACE_CRAFT), ..*at };
+/// Rows of the craft called `id` of several, or of the only one.
+fn surface_craft<'a>(at: &TableRow<'a>, id: Option<&'a str>, row: &SurfaceCraftRow) -> [TableRow<'a>; 3] {
+    let asc = TableRow { vehicle: id.or(Some(SURFACE_CRAFT)), ..*at };
     let planned = TableRow {
         kind: Some("planned"),
+        vehicle: id,
         reference_speed_mps: Some(row.reference.speed),
         reference_heading_rad: Some(row.reference.heading.radians()),
         method: Some(row.method.map_or(OWN_LAW, method_name)),

@@ -12,12 +12,15 @@ use super::quantity::{
     MissionTime, Quantity, RangeToKeep, Share, SignedShare, VesselSeparation,
 };
 use super::source::Source;
+use several::{OneOrSeveral, one_or_several};
 
 mod environment;
+mod several;
 mod traffic;
 mod vehicles;
 
 pub use environment::*;
+pub(super) use several::{completed, relaxed};
 pub use traffic::*;
 pub use vehicles::*;
 
@@ -65,8 +68,11 @@ pub struct Scenario {
     pub settled_after_s: Quantity<Instant>,
     /// The datum on Earth; none if left out.
     pub origin: Option<OriginFile>,
-    /// The surface craft; none if left out.
-    pub surface_craft: Option<SurfaceCraftFile>,
+    /// The surface craft, or a list of several that share the goal of the first; none if left out.
+    /// What another craft of the list leaves out is as of the first.
+    #[serde(default, deserialize_with = "one_or_several")]
+    #[schemars(with = "OneOrSeveral")]
+    pub surface_craft: Vec<SurfaceCraftFile>,
     /// The underwater vehicles.
     #[schemars(length(min = 1, max = AUVS_MAX))]
     pub auvs: Vec<AuvFile>,
@@ -168,6 +174,8 @@ pub struct FaultFile {
     pub from_s: Quantity<Instant>,
     /// End, s; the end of the mission if left out.
     pub until_s: Option<Quantity<Instant>>,
+    /// The surface craft that has it, of several; all if left out.
+    pub craft: Option<String>,
     /// Its kind.
     pub what: FaultKindFile,
 }
@@ -183,6 +191,8 @@ pub enum FaultKindFile {
         /// The share.
         share: Quantity<Share>,
     },
+    /// The surface craft has no power: it drifts and is silent.
+    CraftDies,
     /// No GNSS position.
     GnssOutage,
     /// The surface craft's clock is wrong.

@@ -134,7 +134,7 @@ mod tests {
         assert_eq!(briefing.tuned.estimate.gate, 0.5);
         let unknown = scenario.set("surface_craft.parameters.estimate.gates", 0.5);
         unknown.expect_err("there is no such number");
-        let craft = scenario.surface_craft.expect("has one");
+        let craft = scenario.surface_craft.remove(0);
         assert_eq!(craft.limits.surge_lag_s, Some(Distribution::Fixed(0.5)));
         let response = craft.craft.expect("is created");
         let found = response.heading_loop.time_constant_s;

@@ -18,6 +18,7 @@ use crate::world::World;
 mod craft;
 mod draw;
 mod environment;
+mod fleet;
 mod goal;
 mod invalid;
 mod path;
@@ -63,12 +64,20 @@ pub struct Start {
 
 impl Scenario {
     /// The start of the mission with `seed`, on which only distributions and noise depend. The
-    /// numbers of one seed may not fit together even if those of another do.
+    /// numbers of one seed may not fit together even if those of another do. Of several surface craft
+    /// it is that of the first.
     pub fn start(&self, seed: u64) -> Result<Start, ScenarioError> {
-        self.begin(seed).map_err(|wrong| self.source.wrong(wrong))
+        self.begin(seed, 0).map_err(|wrong| self.source.wrong(wrong))
     }
 
-    fn begin(&self, seed: u64) -> Result<Start, InvalidScenario> {
+    /// The starts of all surface craft, each in a world of its own that differs by the craft alone.
+    pub fn starts(&self, seed: u64) -> Result<Vec<Start>, ScenarioError> {
+        let starts = (0..self.surface_craft.len()).map(|number| self.begin(seed, number));
+        starts.collect::<Result<_, _>>().map_err(|wrong| self.source.wrong(wrong))
+    }
+
+    /// The start of the surface craft with this number, if there is one.
+    fn begin(&self, seed: u64, number: usize) -> Result<Start, InvalidScenario> {
         let mut draw = Draw { seed, taken: 0 };
         self.check_names()?;
         let duration = draw.take(&self.duration_s);
@@ -83,15 +92,14 @@ impl Scenario {
             latitude: draw.take(&origin.lat_deg).to_radians(),
             longitude: draw.take(&origin.lon_deg).to_radians(),
         });
-        let craft = self.surface_craft.as_ref();
-        let craft = craft.map(|file| self.surface_craft(file, &mut draw)).transpose()?;
+        let craft = self.all_craft(&mut draw)?.into_iter().nth(number);
         let tracks = self.tracks(origin)?;
         let auvs = (0..).zip(self.auvs.iter().zip(tracks));
         let auvs = auvs.map(|(i, (file, track))| self.auv(i, file, track, origin, &mut draw));
         let auvs = auvs.collect::<Result<Vec<_>, _>>()?;
         let water = self.water(&self.water, seed, &mut draw)?;
         let mut bounds = bounds(&self.bounds, &mut draw)?;
-        let faults = self.faults(&mut draw)?;
+        let faults = self.faults(number, &mut draw)?;
         let (surface_craft, briefing, contact_range) = match craft {
             Some((craft, briefing, range)) => {
                 let bounds = bounds.clone();
@@ -111,7 +119,7 @@ impl Scenario {
             let anchored = draw.points(anchored);
             OwnNavigation::new(&briefing.goal, faults, bounds.range_max, anchored, &mut world, random)
         });
-        let observer = briefing.map(|briefing| self.observer(&world, briefing, seed, &mut draw));
+        let observer = briefing.map(|briefing| self.observer(&world, briefing, (seed, number), &mut draw));
         let mut observer = observer.transpose()?;
         // Drawn last: other numbers of a scenario do not depend on its vessels.
         if !self.traffic.is_empty() {
@@ -120,6 +128,11 @@ impl Scenario {
             bounds.vessel_separation = draw.take_optional(self.bounds.vessel_separation_m.as_ref());
             if let Some(observer) = &mut observer {
                 observer.ais = Some(Ais::new(setup, world.vessels.len(), ais_stream(seed)));
+                observer.briefing.bounds.vessel_separation = bounds.vessel_separation;
+            }
+        } else if self.has_fleet() {
+            bounds.vessel_separation = draw.take_optional(self.bounds.vessel_separation_m.as_ref());
+            if let Some(observer) = &mut observer {
                 observer.briefing.bounds.vessel_separation = bounds.vessel_separation;
             }
         }
@@ -176,6 +189,7 @@ impl Scenario {
                 return Err(invalid(field, format_args!("{id:?} is the name of two vehicles")));
             }
         }
+        self.check_fleet()?;
         check_count("traffic", self.traffic.len())?;
         for (i, vessel) in self.traffic.iter().enumerate() {
             let (field, id) = (format!("traffic[{i}].id"), &vessel.id);

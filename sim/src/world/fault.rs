@@ -37,6 +37,8 @@ pub enum FaultKind {
     RudderStuck(f64),
     /// The thrust of the surface craft is stuck at this share of the largest ahead, 0 to 1.
     ThrustStuck(f64),
+    /// The surface craft has no power: it drifts and is silent.
+    CraftDies,
     /// The surface craft's GNSS receiver gives nothing.
     GnssOutage,
     /// The surface craft's clock is ahead, s.
@@ -94,10 +96,16 @@ impl Faults {
                 FaultKind::Thruster { side: Side::Starboard, share } => health.starboard *= share,
                 FaultKind::RudderStuck(share) => health.steering_stuck = Some(share),
                 FaultKind::ThrustStuck(share) => health.thrust_stuck = Some(share),
+                FaultKind::CraftDies => (health.port, health.starboard) = (0.0, 0.0),
                 _ => {}
             }
         }
         health
+    }
+
+    /// `true` if the surface craft has no power at `time` s.
+    pub fn craft_is_dead(&self, time: f64) -> bool {
+        self.at(time).any(|what| what == FaultKind::CraftDies)
     }
 
     /// Factor by which the surface craft's heading loop is slower at `time` s. Factors multiply.

@@ -57,7 +57,7 @@ fn flown(scenario: &Scenario, broken: &[FaultKind], at: f64) -> Noticed {
 /// A scenario for `seconds` with another craft, declared or not.
 fn with_craft(name: &str, class: SurfaceClassFile, declared: bool, seconds: f64) -> Scenario {
     let mut scenario = named(name);
-    let craft = scenario.surface_craft.as_mut().expect("has one");
+    let craft = scenario.surface_craft.first_mut().expect("has one");
     craft.class = class;
     craft.limits = DeclaredLimits::default();
     craft.craft = (!declared).then(CraftDescription::default);

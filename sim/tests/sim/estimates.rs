@@ -80,6 +80,7 @@ fn with_fault(name: &str, fault: impl Fn(String) -> FaultKindFile) -> Scenario {
     scenario.faults.push(FaultFile {
         from_s: Quantity::fixed(0.0),
         until_s: None,
+        craft: None,
         what: fault(scenario.auvs[0].id.clone()),
     });
     scenario

@@ -12,6 +12,7 @@ mod checks;
 mod determinism;
 mod effects;
 mod estimates;
+mod fleet;
 mod gate;
 mod path_following;
 mod recorded_tracks;

@@ -294,10 +294,12 @@ async fn the_levers_of_a_mission_make_its_plans_and_can_be_changed() {
     let replaced = json!({ "scenario_file": file("[2, 2, 2]"), "tuning": steps });
     assert_eq!(plan_of(replaced).await["plan_id"], tuned["plan_id"]);
     let numbers = with("parameters.estimate.gate = 9.2");
-    for (wrong, key) in
-        [(file("[1, 1]"), "surface_craft.tuning.steps_s"), (numbers, "surface_craft.parameters")]
-    {
-        let wrong = json!({ "schema_version": "1.0", "simulated": { "scenario_file": wrong } });
+    for (wrong, key) in [
+        (json!({ "scenario_file": file("[1, 1]") }), "surface_craft.tuning.steps_s"),
+        (json!({ "scenario_file": numbers }), "surface_craft.parameters"),
+        (json!({ "scenario": "fleet-dies" }), "surface_craft: a simulated mission has one craft, not 3"),
+    ] {
+        let wrong = json!({ "schema_version": "1.0", "simulated": wrong });
         let refused = service.post("/v1/missions", &wrong).await;
         refused.must_be(422);
         refused.must_say(key);

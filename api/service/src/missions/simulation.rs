@@ -57,10 +57,16 @@ pub(super) fn scenario(config: &Simulated) -> Result<Scenario, String> {
         }
         _ => return Err("give either scenario, a name, or scenario_file, the content of a file".to_owned()),
     }?;
-    match &scenario.surface_craft {
-        Some(craft) if craft.parameters == Tuned::DEFAULT => Ok(scenario),
-        Some(_) => Err("surface_craft.parameters: a client may not set them".to_owned()),
-        None => Err("the scenario has no surface craft to plan for".to_owned()),
+    match &scenario.surface_craft[..] {
+        [craft] if craft.parameters == Tuned::DEFAULT => Ok(scenario),
+        [_] => Err("surface_craft.parameters: a client may not set them".to_owned()),
+        [] => Err("the scenario has no surface craft to plan for".to_owned()),
+        [_, ..] => {
+            let n = scenario.surface_craft.len();
+            Err(format!(
+                "surface_craft: a simulated mission has one craft, not {n}; `pilotfish simulate` flies several"
+            ))
+        }
     }
 }
 

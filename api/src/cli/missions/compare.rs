@@ -9,7 +9,7 @@ use lab::{
     report::{ReportedRun, report},
 };
 
-use super::run::{RecordFile, RunArguments};
+use super::run::{RecordFile, RunArguments, one_craft_unless};
 use crate::cli::{
     out_file::{OutFile, directory, print, print_json},
     progress::{bar, show},
@@ -51,6 +51,8 @@ enum ScoresFormat {
 /// Tunes the line-of-sight laws or the rules, runs the missions and prints the scores.
 pub(crate) fn compare(arguments: &Compare) -> Result<(), Box<dyn Error>> {
     let scenario = arguments.run.scenario(&arguments.scenario)?;
+    let fits = arguments.guide.is_none() && arguments.report.is_none();
+    one_craft_unless(fits, &scenario, "--guide and --report")?;
     let page = arguments.report.as_deref().map(OutFile::new).transpose()?;
     let mut files = vec![];
     if let Some(out) = &arguments.out {

@@ -49,14 +49,25 @@ impl RunArguments {
             scenario = scenario.lasting(duration.into());
         }
         if let Some((_, craft)) = self.craft.read()? {
-            let surface_craft = scenario.surface_craft.as_mut();
-            let surface_craft = surface_craft.ok_or("the scenario has no surface craft: remove --craft")?;
-            surface_craft.craft = Some(craft);
+            if !scenario.has_surface_craft() {
+                return Err("the scenario has no surface craft: remove --craft".into());
+            }
+            let craft = Some(craft);
+            scenario.surface_craft.iter_mut().for_each(|surface| surface.craft.clone_from(&craft));
         }
         self.routes.follow(&mut scenario, self.seed)?;
         self.areas.add_to(&mut scenario, self.seed)?;
         Ok(scenario)
     }
+}
+
+/// An error if there are several surface craft, unless `fits`; `options` are for one.
+pub(super) fn one_craft_unless(fits: bool, scenario: &Scenario, options: &str) -> Result<(), String> {
+    if fits || !scenario.has_fleet() {
+        return Ok(());
+    }
+    let (name, n) = (&scenario.name, scenario.surface_craft.len());
+    Err(format!("{options} are for one surface craft: {name} has {n}"))
 }
 
 pub(super) struct RecordFile {

@@ -10,18 +10,19 @@ use lab::comparison::best_gains;
 use lab::http_guide::{GuideUrl, HttpGuide};
 use lab::report::{ReportedRun, report};
 use lab::scores::lines;
-use lab::stopwatch::Stopwatch;
+use lab::stopwatch::{CLOCK, Stopwatch};
 use planner::los::{LawGains, LosGains, LosLaw, LosTuning};
 use planner::parameters::Parameters;
 use planner::snapshot::Origin;
 use sim::{
+    fleet::{self, Assigner},
     guide::{Guide, LosGuide, MpcGuide},
     mission,
     record::Record,
 };
 
 use super::rehearse::WireGuide;
-use super::run::{RecordFile, RunArguments};
+use super::run::{RecordFile, RunArguments, one_craft_unless};
 use super::snapshots::{RecordedPlanner, write_snapshots};
 use crate::cli::failure::because_of;
 use crate::cli::out_file::{OutFile, print};
@@ -137,6 +138,8 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
     };
     let scenario = arguments.run.scenario(name)?;
     check(arguments)?;
+    let options = "--controller, --guide, --moos, --imc, --snapshots and --report";
+    one_craft_unless(!arguments.steers_one(), &scenario, options)?;
     // Before the mission, so that a file that cannot be written does not waste it.
     let files = arguments.out.iter().map(|path| RecordFile::new(path, &scenario));
     let files = files.collect::<Result<Vec<_>, _>>()?;
@@ -170,7 +173,10 @@ pub(crate) fn simulate(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
         }),
     };
     let mut progress = |done| show(&bar, "mission", done);
-    let record = if arguments.untimed {
+    let record = if scenario.has_fleet() {
+        let clock = (!arguments.untimed).then_some(CLOCK);
+        fleet::run(&scenario, Assigner::Planner, (arguments.run.seed, clock), &mut progress)
+    } else if arguments.untimed {
         mission::run(&scenario, guide.as_mut(), arguments.run.seed, &mut progress)
     } else {
         mission::run(&scenario, &mut Stopwatch(guide.as_mut()), arguments.run.seed, &mut progress)
@@ -228,6 +234,16 @@ fn check(arguments: &Simulate) -> Result<(), Box<dyn Error>> {
 }
 
 impl Simulate {
+    /// `true` with an option that one craft alone has.
+    fn steers_one(&self) -> bool {
+        let other = self.controller.0.is_some() || self.guide.is_some();
+        other
+            || self.moos.is_some()
+            || self.imc.is_some()
+            || self.snapshots.is_some()
+            || self.report.is_some()
+    }
+
     /// The law with the given gains.
     fn tuning(&self, law: LosLaw) -> LosTuning {
         let usual = Parameters::default();

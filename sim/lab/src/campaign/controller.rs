@@ -68,7 +68,10 @@ impl Controller {
         if variation.is_some_and(|variation| !variation.applies(scenario)) {
             return false;
         }
-        let goal = scenario.surface_craft.as_ref().map(|craft| &craft.goal);
+        if scenario.has_fleet() || self.entry.assign.is_some() {
+            return scenario.has_fleet() && self.steers_fleets();
+        }
+        let goal = scenario.surface_craft.first().map(|craft| &craft.goal);
         let localises = matches!(goal, Some(Goal::Localise(_)));
         let has_figure = self.entry.planner.as_ref().is_some_and(|planner| planner.figure.is_some());
         let fits = match self.entry.rule {
@@ -93,6 +96,14 @@ impl Controller {
             }
             ControlLaw::Guide(_) => true,
         }
+    }
+
+    /// `true` if it steers several craft: the planner, with all that the scenario grants.
+    fn steers_fleets(&self) -> bool {
+        let ControlLaw::Planner { forecast: None, .. } = self.law else { return false };
+        let has_figure = self.entry.planner.as_ref().is_some_and(|planner| planner.figure.is_some());
+        let entry = &self.entry;
+        entry.rule.is_none() && entry.variation.is_none() && entry.paths == Paths::AsScenario && !has_figure
     }
 
     /// The law that steers; `None` for the planner.

@@ -3,18 +3,25 @@
 use std::time::Instant;
 
 use planner::los::LosLaw;
+use planner::parameters::Parameters;
 use planner::snapshot::{Goal, Snapshot};
+use sim::fleet::FleetMission;
 use sim::guide::{Guide, GuideError};
 use sim::mission::Mission;
 use sim::record::Record;
+use sim::scenario::Scenario;
 
-use super::controller::Controller;
+use super::controller::{ControlLaw, Controller};
 use super::design::{Campaign, Condition, Run};
 use super::grid::{Setting, grid, tuned};
 use super::learnt::CraftLearning;
 use super::rows::{LEARNT, MORE, Rows, RunRow};
 use super::score::{SCORES, Score, steps_above};
-use crate::{bound::bound_rms_m, http_guide::NoGuidance, stopwatch::timed};
+use crate::{
+    bound::bound_rms_m,
+    http_guide::NoGuidance,
+    stopwatch::{CLOCK, timed},
+};
 
 /// Tolerance of the turn limit: planned references may turn as fast as the craft, up to rounding.
 const ROUNDING: f64 = 1.0 + 1e-6;
@@ -47,6 +54,9 @@ pub(crate) fn fly_while(
 ) -> Result<Option<FlownMission>, GuideError> {
     let scenario = controller.scenario(&campaign.scenario(condition)?);
     let seed = campaign.seed(condition);
+    if scenario.has_fleet() {
+        return fly_fleet(&scenario, seed, controller, goes_on);
+    }
     let mut start = scenario.start(seed)?;
     controller.vary_start(&mut start);
     let mut guide: Box<dyn Guide> = controller.guide(setting);
@@ -67,6 +77,33 @@ pub(crate) fn fly_while(
         }
     }
     Ok(Some(FlownMission { record: mission.into_record(), learnt }))
+}
+
+/// The same of several craft, of which `goes_on` gets the first.
+fn fly_fleet(
+    scenario: &Scenario,
+    seed: u64,
+    controller: &Controller,
+    goes_on: &mut dyn FnMut(&Mission, Option<&Snapshot>) -> bool,
+) -> Result<Option<FlownMission>, GuideError> {
+    let mut starts = scenario.starts(seed)?;
+    for start in &mut starts {
+        controller.vary_start(start);
+    }
+    let assigner = controller.entry.assign.clone().unwrap_or_default();
+    let mut mission = FleetMission::new(starts, scenario, assigner, seed);
+    mission.clock = Some(CLOCK);
+    if let ControlLaw::Planner { parameters, .. } = &controller.law {
+        mission.parameters = Parameters::clone(parameters);
+    }
+    while !mission.is_over() {
+        mission.step()?;
+        let (first, snapshot) = mission.first();
+        if !goes_on(first, snapshot) {
+            return Ok(None);
+        }
+    }
+    Ok(Some(FlownMission { record: mission.into_record(), learnt: None }))
 }
 
 /// The row of a run, whose condition has this lower bound of `rms_m`. If the mission fails, the row

@@ -2,6 +2,7 @@
 
 use planner::{angle::wrap, los::Reference};
 
+use sim::fleet::FleetMetrics;
 use sim::metrics::{Metrics, SurfaceCraftMetrics, Violation, Violations};
 use sim::record::{Record, SurfaceCraftRow};
 
@@ -18,6 +19,8 @@ const NOTICEABLE: f64 = 1e-9;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Score {
     pub(super) metrics: SurfaceCraftMetrics,
+    /// What several craft did together.
+    pub(super) fleet: Option<FleetMetrics>,
     /// First time within `NEAR` of the goal, s; none if never.
     pub(super) near_after_s: Option<f64>,
     /// Duration of the mission, s.
@@ -44,6 +47,7 @@ impl Score {
         let near = crafts.find(|(_, craft)| craft.distance() <= NEAR);
         Some(Self {
             metrics,
+            fleet: FleetMetrics::of(record),
             near_after_s: near.map(|(time, _)| time),
             duration_s: n_rows * record.interval,
             steep_share: {
@@ -89,8 +93,8 @@ fn count(n: usize) -> Option<f64> {
 }
 
 /// The columns. Less is better in each, but for `duration_s`, `visits`, `vessel_least_m`,
-/// `first_turn_rad` and the counts of answers and passed vessels.
-pub(super) const SCORES: [Number; 45] = [
+/// `craft_separation_m`, `first_turn_rad` and the counts of answers and passed vessels.
+pub(super) const SCORES: [Number; 47] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),
     ("p95_m", |_, m, _| Some(m.p95_m)),
@@ -136,6 +140,8 @@ pub(super) const SCORES: [Number; 45] = [
     ("visits", |_, m, _| count(m.visits?.visits)),
     ("visit_changes", |_, m, _| count(m.visits?.changes)),
     ("visit_deadlines_missed", |_, m, _| count(m.visits?.deadlines_missed)),
+    ("craft_separation_m", |s, _, _| Some(s.fleet.as_ref()?.craft_separation_m)),
+    ("reassignments", |s, _, _| count(s.fleet.as_ref()?.reassignments)),
 ];
 
 /// Distance of a speed reference from its limits, m/s; 0 within them, up to rounding.

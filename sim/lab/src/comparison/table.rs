@@ -20,7 +20,9 @@ impl fmt::Display for Comparison {
         for block in self.controllers.chunks(COLUMNS) {
             write_block(f, block)?;
         }
-        let others = if self.localises() {
+        let others = if self.controllers[0].scores.fleet.is_some() {
+            "the rules assign AUVs to craft,\nwhich the planner plans for"
+        } else if self.localises() {
             "the figures are sailed by the planner,\nat the best sizes and speeds of their grids"
         } else if self.visits() {
             "the rules are followed by the planner or by line of sight,\nat the best times of their grids"

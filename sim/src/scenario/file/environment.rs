@@ -167,6 +167,20 @@ pub enum ReportedAs {
     Ranges,
 }
 
+/// What makes an AUV send a message.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Calls {
+    /// Nothing: it sends in its slot, for all craft in range.
+    #[default]
+    Unasked,
+    /// A call of the craft that has it, in the slot of the planner's table.
+    Planned,
+    /// A call of the craft that has it, each of which calls its AUVs one after the other from the
+    /// beginning of the frame on.
+    Unplanned,
+}
+
 /// Acoustic positioning and telemetry in time slots.
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -174,6 +188,9 @@ pub struct AcousticsFile {
     /// Form of the messages in a snapshot; `reports` if left out.
     #[serde(default, alias = "told_as")]
     pub reported_as: ReportedAs,
+    /// What makes an AUV send where there are several surface craft; `unasked` if left out.
+    #[serde(default)]
+    pub calls: Calls,
     /// Time between two messages of an AUV, s.
     pub frame_s: Quantity<FrameTime>,
     /// Length of a message, s.

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use planner::craft::{CraftDescription, HeadingReference, SpeedReference};
 use planner::path::Side;
-use planner::snapshot::{DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning};
+use planner::snapshot::{AUVS_MAX, DeclaredLimits, Goal, ID_LENGTH_MAX, Offset, Tuning};
 use planner::tuned::Tuned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
@@ -26,6 +26,12 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceCraftFile {
+    /// Name among several: lower-case letters, digits and hyphens; one craft is `asc` if left out.
+    #[schemars(length(min = 1, max = ID_LENGTH_MAX), regex(pattern = NAME_PATTERN))]
+    pub id: Option<String>,
+    /// The AUVs that it may serve among several craft; all if left out.
+    #[schemars(length(max = AUVS_MAX))]
+    pub serves: Option<Vec<String>>,
     /// Hull, thrusters and autopilot.
     pub class: SurfaceClassFile,
     /// North at the start, m.

@@ -54,6 +54,16 @@ pub(super) fn ais_stream(seed: u64) -> ChaCha8Rng {
     survey_stream(seed, 2 * AUVS_MAX + 1)
 }
 
+/// The random numbers of the surface craft with this number for a use: those of a scenario's only
+/// craft, or below those of AIS.
+pub(super) fn craft_stream(seed: u64, number: usize, of: Stream) -> ChaCha8Rng {
+    match number {
+        0 => stream(seed, of),
+        // Sixteen numbers of each craft, one for every use.
+        _ => survey_stream(seed, 2 * AUVS_MAX + 16 * number + of as usize),
+    }
+}
+
 /// Draws the numbers of a scenario. Each has its own random stream, numbered in the order of the
 /// draws. Fixed and omitted numbers count: making a number a distribution changes no other.
 pub(super) struct Draw {

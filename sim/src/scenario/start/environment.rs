@@ -5,14 +5,14 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 use nalgebra::Vector2;
 use planner::snapshot::{KeepOut, NoGo, bounds_faults, clockwise, no_go_faults};
 
-use super::draw::{Draw, Stream, check_count, stream};
+use super::draw::{Draw, Stream, check_count, craft_stream, stream};
 use super::invalid::{InvalidScenario, invalid, of_snapshot};
 use crate::observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors};
 use crate::own_navigation::RangingFaults;
 use crate::record::Bounds;
 use crate::scenario::file::{
-    AcousticsFile, BoundsFile, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs, Scenario,
-    SensorsFile, WaterFile,
+    AcousticsFile, BoundsFile, Calls, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs,
+    Scenario, SensorsFile, WaterFile,
 };
 use crate::world::World;
 use crate::world::fault::{Fault, FaultKind, Faults};
@@ -66,10 +66,19 @@ impl Scenario {
         Ok(Water::new(&setup, stream(seed, Stream::Water)))
     }
 
-    pub(super) fn faults(&self, draw: &mut Draw) -> Result<Faults, InvalidScenario> {
+    /// The faults that concern the surface craft with this number.
+    pub(super) fn faults(&self, number: usize, draw: &mut Draw) -> Result<Faults, InvalidScenario> {
         check_count("faults", self.faults.len())?;
-        let faults = (0..).zip(&self.faults).map(|(i, file)| self.fault(i, file, draw));
-        Ok(Faults(faults.collect::<Result<Vec<_>, _>>()?))
+        let mut faults = vec![];
+        for (i, file) in self.faults.iter().enumerate() {
+            let fault = self.fault(i, file, draw)?;
+            let called = |id: &String| self.craft_called(&format!("faults[{i}].craft"), id);
+            let of = file.craft.as_ref().map(called).transpose()?;
+            if of.is_none_or(|of| of == number) {
+                faults.push(fault);
+            }
+        }
+        Ok(Faults(faults))
     }
 
     fn fault(&self, i: usize, file: &FaultFile, draw: &mut Draw) -> Result<Fault, InvalidScenario> {
@@ -92,6 +101,7 @@ impl Scenario {
             FaultKindFile::Thruster { side, share } => {
                 FaultKind::Thruster { side: *side, share: draw.take(share) }
             }
+            FaultKindFile::CraftDies => FaultKind::CraftDies,
             FaultKindFile::GnssOutage => FaultKind::GnssOutage,
             FaultKindFile::ClockOffset { offset_s } => FaultKind::ClockOffset(draw.take(offset_s)),
             FaultKindFile::Silence { auv: id } => FaultKind::Silence(auv("silence", id)?),
@@ -119,15 +129,15 @@ impl Scenario {
         &self,
         world: &World,
         briefing: Briefing,
-        seed: u64,
+        (seed, number): (u64, usize),
         draw: &mut Draw,
     ) -> Result<Observer, InvalidScenario> {
         let sensors = sensors(&self.knowledge.sensors, draw);
         let acoustics = self.knowledge.acoustics.as_ref();
         let acoustics = acoustics.map(|file| self.acoustics(file, draw)).transpose()?;
-        let noise = stream(seed, Stream::Acoustics);
+        let noise = craft_stream(seed, number, Stream::Acoustics);
         let acoustics = acoustics.map(|setup| Acoustics::new(&setup, PERIOD, noise));
-        let sensors = SurfaceSensors::new(sensors, stream(seed, Stream::Sensors));
+        let sensors = SurfaceSensors::new(sensors, craft_stream(seed, number, Stream::Sensors));
         Ok(Observer::new(world, briefing, sensors, acoustics))
     }
 
@@ -164,6 +174,10 @@ impl Scenario {
                 "knowledge.acoustics.course_and_speed",
                 "a state has course and speed; reported_as = \"reports\" needs none",
             ));
+        }
+        if file.calls != Calls::Unasked && !self.has_fleet() {
+            let reason = "one surface craft has the slots for itself; leave it out";
+            return Err(invalid("knowledge.acoustics.calls", reason));
         }
         let check = |member, value, range| within(format!("knowledge.acoustics.{member}"), value, range);
         let longest = setup.latency.min(setup.frame);

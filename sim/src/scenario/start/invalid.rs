@@ -14,6 +14,17 @@ pub struct InvalidScenario {
     pub reason: String,
 }
 
+impl InvalidScenario {
+    /// The same in item `i` of the list `table`, of whose items a table of this name is one.
+    pub(super) fn of_item(self, table: &str, i: usize) -> Self {
+        let field = match self.field.strip_prefix(table) {
+            Some(rest) => format!("{table}[{i}]{rest}"),
+            None => self.field,
+        };
+        Self { field, ..self }
+    }
+}
+
 /// The fault of a snapshot's member, which is at `pointer` in the table `table` of a scenario.
 pub(super) fn of_snapshot(table: &str, pointer: &str, fault: &FieldError) -> InvalidScenario {
     let steps = pointer.split('/').skip(1);

@@ -27,6 +27,7 @@ impl Fault {
                 format!("the rudder is stuck at {} to starboard", percent(share))
             }
             FaultKind::ThrustStuck(share) => format!("the thrust is stuck at {}", percent(share)),
+            FaultKind::CraftDies => "the craft loses power and is silent".to_owned(),
             FaultKind::GnssOutage => "the craft has no GNSS position".to_owned(),
             FaultKind::ClockOffset(offset) if offset < 0.0 => {
                 format!("the craft's clock is {:.1} s behind", -offset)

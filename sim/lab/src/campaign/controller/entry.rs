@@ -10,6 +10,7 @@ use planner::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sim::fleet::Assigner;
 
 use super::variation::Variation;
 use crate::campaign::grid::figures;
@@ -39,6 +40,8 @@ pub struct ControllerFile {
     /// A rule instead of the planner's schedule, where the goal visits, or of its figure, where the
     /// goal localises.
     pub rule: Option<RuleFile>,
+    /// What assigns the AUVs to several surface craft; the planner if left out.
+    pub assign: Option<Assigner>,
 }
 
 /// A rule that visits AUVs, or localises them.

@@ -75,7 +75,7 @@ const TURN_RATE_ANY: f64 = 3.0;
 impl Variation {
     /// `true` if it has an effect in `scenario`.
     pub(super) fn applies(self, scenario: &Scenario) -> bool {
-        let craft = scenario.surface_craft.as_ref();
+        let craft = scenario.surface_craft.first();
         match self {
             Self::WrongCurrentMps(_) => scenario.knowledge.current == CurrentKnowledge::Known,
             Self::LateReportsS(_) => scenario.knowledge.acoustics.is_some(),
@@ -94,6 +94,7 @@ impl Variation {
             Self::ClockAheadS(by) => scenario.faults.push(FaultFile {
                 from_s: Quantity::fixed(0.0),
                 until_s: None,
+                craft: None,
                 what: FaultKindFile::ClockOffset { offset_s: Quantity::fixed(by) },
             }),
             Self::LateReportsS(by) => {

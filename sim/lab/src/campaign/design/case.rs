@@ -50,7 +50,7 @@ impl Case {
         file: &CampaignFile,
     ) -> Vec<Self> {
         let case = |craft: String, class: Option<SurfaceClassFile>, drawn: Option<Arc<RandomCraft>>| Self {
-            scenario: prepared(scenario.clone(), class.clone(), drawn.clone(), file.duration_s),
+            scenario: prepared(scenario.clone(), (class.as_ref(), drawn.as_ref()), file.duration_s),
             as_written: scenario.clone(),
             craft,
             controllers: vec![],
@@ -91,8 +91,7 @@ impl Case {
         for (key, value) in parameters {
             scenario.set(key, *value)?;
         }
-        let (class, drawn) = (self.class.clone(), self.drawn.clone());
-        Ok(prepared(scenario, class, drawn, duration))
+        Ok(prepared(scenario, (self.class.as_ref(), self.drawn.as_ref()), duration))
     }
 
     /// The craft's response by step tests; none if the scenario draws its craft.
@@ -100,7 +99,7 @@ impl Case {
         if let Some(drawn) = &self.drawn {
             return Some(drawn.tested.craft);
         }
-        let class = match self.scenario.surface_craft.as_ref()?.class {
+        let class = match self.scenario.surface_craft.first()?.class {
             SurfaceClassFile::Medusa => SurfaceClass::Medusa,
             SurfaceClassFile::Otter => SurfaceClass::Otter,
             SurfaceClassFile::Random(_) => return None,
@@ -112,17 +111,17 @@ impl Case {
 /// `scenario` with the case's craft, for `duration_max` s at most.
 fn prepared(
     mut scenario: Scenario,
-    class: Option<SurfaceClassFile>,
-    drawn: Option<Arc<RandomCraft>>,
+    (class, drawn): (Option<&SurfaceClassFile>, Option<&Arc<RandomCraft>>),
     duration_max: Option<f64>,
 ) -> Scenario {
     if let Some(duration) = duration_max {
         let whole = scenario.duration_s.most();
         scenario = scenario.lasting(whole.min(duration));
     }
-    if let (Some(class), Some(craft)) = (class, &mut scenario.surface_craft) {
-        craft.class = class;
-        craft.drawn = drawn;
+    if let Some(class) = class {
+        for craft in &mut scenario.surface_craft {
+            (craft.class, craft.drawn) = (class.clone(), drawn.cloned());
+        }
     }
     scenario
 }
