@@ -17,7 +17,7 @@ use crate::autopilot_link::{AutopilotLink, AutopilotSettings};
 use crate::bridge_clock::BridgeClock;
 use crate::imc::ImcLink;
 use crate::mavlink::{Action, Contradiction, Control};
-use crate::mission_client::MissionClient;
+use crate::mission_client::{MissionClient, OwnPart};
 use crate::mission_link::{LinkStatus, MissionChoice, MissionLink};
 use crate::mission_setup::{complete, declared, needs_origin, own_part};
 use crate::output_limiter::OutputLimits;
@@ -253,7 +253,7 @@ impl Bridge {
 
     /// Joins or creates the mission, whose limits the autopilot's parameters complete.
     pub async fn follow(&mut self, missions: MissionClient, mut mission: MissionChoice) {
-        if let MissionChoice::Named { body, .. } = &mut mission {
+        if let MissionChoice::Named { body, own: part, .. } = &mut mission {
             let live = &mut body["live"];
             if needs_origin(live)
                 && let Some(origin) = self.origin().await
@@ -265,7 +265,14 @@ impl Bridge {
             let limits = |own: &Value| declared::<DeclaredLimits>(own, "limits").unwrap_or_default();
             let own = own_part(live, missions.craft());
             self.speed_max = limits(own).speed_max_mps;
+            let stated = serde_json::from_value(own.clone());
             complete(own, &self.telemetry.parameters, self.autopilot.heading_held());
+            // Another bridge may create the mission, with what it knows of its own craft.
+            if let (Some(_), Ok(stated), Ok(completed)) =
+                (missions.craft(), stated, serde_json::from_value(own.clone()))
+            {
+                *part = Some(Box::new(OwnPart { stated, completed }));
+            }
             let craft = declared(own, "craft").unwrap_or_default();
             self.decision.limits = Some(OutputLimits::declared(&limits(own), &craft));
             if let Some(separation) = live["vessel_separation_m"].as_f64() {

@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use ::wire::FieldError;
-use ::wire::mission::{Accepted, CurrentReference, Mission, MissionList, Reports, Run, Status};
+use ::wire::mission::{
+    Accepted, CurrentReference, LiveCraft, Mission, MissionList, Reports, Run, Setting, Status,
+};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 use serde_json::{Value, json};
 use ureq::http::StatusCode;
@@ -29,6 +31,14 @@ const MISSIONS: &str = "/v1/missions";
 /// Metadata by which a bridge finds its mission: its name, and the digest of the setup.
 const NAME: &str = "bridge";
 const DIGEST: &str = "bridge_setup";
+
+/// What a mission says of a bridge's craft of a fleet: as the operator stated it, and with what the
+/// autopilot tells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnPart {
+    pub(crate) stated: LiveCraft,
+    pub(crate) completed: LiveCraft,
+}
 
 /// A client of one service, or of several that share their missions.
 pub struct MissionClient {
@@ -147,6 +157,36 @@ impl MissionClient {
         Ok(mission)
     }
 
+    /// Replaces what the operator `stated` of this craft of the mission's fleet, unless it has been
+    /// changed since.
+    pub(crate) async fn complete(
+        &self,
+        mission: Mission,
+        OwnPart { stated, completed }: &OwnPart,
+    ) -> Result<Mission, ServiceError> {
+        let fleet = mission.setting.as_ref().and_then(|setting| setting.surface_craft.clone());
+        let mut fleet = fleet.unwrap_or_default();
+        let Some(own) = fleet.iter_mut().find(|own| **own == *stated) else { return Ok(mission) };
+        own.clone_from(completed);
+        let change = Setting { surface_craft: Some(fleet), ..Setting::default() };
+        let body = serde_json::to_vec(&change).map_err(unavailable)?;
+        let key = format!("{}-own-{}-{}", mission.id, completed.id.0, mission.revision);
+        let posted = Posted { key, revision: Some(mission.revision), body };
+        match self.answered(&format!("/{}", mission.id), Some(posted)).await {
+            Err(ServiceError::Rejected { code, .. }) if code == "mission_forbidden" => {
+                tracing::warn!(
+                    "the token of one craft may not change its mission: limits and craft are as stated there"
+                );
+                Ok(mission)
+            }
+            // Another bridge was faster.
+            Err(ServiceError::Rejected { code, detail }) if code == "mission_changed" => {
+                Err(ServiceError::Unavailable(detail))
+            }
+            changed => changed,
+        }
+    }
+
     pub(crate) async fn mission(&self, id: &str) -> Result<Mission, ServiceError> {
         self.get(&format!("/{id}")).await
     }
@@ -189,8 +229,8 @@ impl MissionClient {
         key: &str,
     ) -> Result<T, ServiceError> {
         let body = serde_json::to_vec(body).map_err(unavailable)?;
-        let key = key.to_owned();
-        self.answered(path, Some(Posted { key, body })).await
+        let (key, revision) = (key.to_owned(), None);
+        self.answered(path, Some(Posted { key, revision, body })).await
     }
 
     /// The answer to a GET, or to a POST of `posted`, at this path of the missions. After silence

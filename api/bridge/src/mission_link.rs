@@ -19,7 +19,7 @@ use tokio::task::JoinSet;
 
 use crate::arrivals::Arrivals;
 use crate::bridge_clock::BridgeClock;
-use crate::mission_client::{MissionClient, ServiceError};
+use crate::mission_client::{MissionClient, OwnPart, ServiceError};
 use crate::plan::Plan;
 use crate::{AuvFix, MeasuredState, Origin, Rejects};
 
@@ -84,6 +84,8 @@ pub enum MissionChoice {
         digest: String,
         /// Body of `POST /v1/missions`.
         body: Value,
+        /// What it says of the bridge's own craft of a fleet.
+        own: Option<Box<OwnPart>>,
     },
 }
 
@@ -91,7 +93,7 @@ impl MissionChoice {
     /// The unfinished mission of this name, or a new one of `body`.
     pub fn named(name: String, body: Value) -> Self {
         let digest = hex::encode(Sha256::digest(body.to_string()));
-        Self::Named { name, digest, body }
+        Self::Named { name, digest, body, own: None }
     }
 }
 
@@ -210,8 +212,11 @@ impl Shared {
                     Ok(mission) => self.client.run(mission).await,
                     error => error,
                 },
-                MissionChoice::Named { name, digest, body } => {
-                    self.client.find_or_create(name, digest, body, &key).await
+                MissionChoice::Named { name, digest, body, own } => {
+                    match (self.client.find_or_create(name, digest, body, &key).await, own) {
+                        (Ok(mission), Some(own)) => self.client.complete(mission, own).await,
+                        (found, _) => found,
+                    }
                 }
             };
             match found {

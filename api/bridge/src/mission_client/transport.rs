@@ -22,11 +22,13 @@ pub struct Call {
     pub posted: Option<Posted>,
 }
 
-/// The body of a POST.
+/// The body of a POST, or of a PATCH.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Posted {
     /// The idempotency key.
     pub key: String,
+    /// The revision of the mission that is changed (PATCH); none for a POST.
+    pub revision: Option<u64>,
     /// JSON.
     pub body: Vec<u8>,
 }
@@ -132,8 +134,12 @@ fn request(agent: &Agent, call: &Call, limit: Duration, proxy: Option<Proxy>) ->
     let url = format!("{}{}", call.service, call.path);
     let answer = match &call.posted {
         None => with_options(agent.get(url), call, limit, proxy).call(),
-        Some(Posted { key, body }) => {
-            let request = agent.post(url).content_type("application/json");
+        Some(Posted { key, revision, body }) => {
+            let request = match revision {
+                None => agent.post(url),
+                Some(revision) => agent.patch(url).header("if-match", format!("\"{revision}\"")),
+            };
+            let request = request.content_type("application/json");
             with_options(request.header("idempotency-key", key), call, limit, proxy).send(body.as_slice())
         }
     };

@@ -1,5 +1,6 @@
 //! A mission link with services that reject tokens, lose missions, repeat plans or are silent.
 
+use ::wire::mission::LiveCraft;
 use clock::Clock;
 use nalgebra::Vector2;
 use planner::snapshot::{VehicleId, VesselStatus};
@@ -8,7 +9,7 @@ use serde_json::json;
 use super::*;
 use crate::{
     Origin,
-    mission_client::{Answer, Call, TokenFile, Transport},
+    mission_client::{Answer, Call, Posted, TokenFile, Transport},
     tests::{mission, planned},
 };
 
@@ -526,4 +527,45 @@ async fn bridges_that_create_their_mission_at_the_same_time_use_the_first() {
     let paths: Vec<_> = calls.lock().iter().map(|(_, call)| call.path.clone()).collect();
     assert!(paths.contains(&"/v1/missions/m-2/finish".to_owned()), "{paths:?}");
     assert!(!paths.contains(&"/v1/missions/m-2/run".to_owned()), "{paths:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_bridge_of_one_craft_completes_what_the_mission_says_of_it_once() {
+    let part = |craft: Value| -> LiveCraft { serde_json::from_value(craft).expect("is a craft") };
+    let stated = json!({ "id": "two" });
+    let completed = json!({ "id": "two", "limits": { "speed_max_mps": 0.7 } });
+    let own = OwnPart { stated: part(stated.clone()), completed: part(completed.clone()) };
+    for (known, n_expected) in [(stated, 1), (json!({ "id": "two", "serves": [] }), 0)] {
+        let clock = Clock::simulated(0.0);
+        let said = Arc::new(Mutex::new(known));
+        let named = MissionChoice::named("craft".to_owned(), json!({}));
+        let MissionChoice::Named { name, digest, body, .. } = named else { panic!("is named") };
+        let metadata = json!({ "bridge": "craft", "bridge_setup": digest });
+        let (transport, calls) = service(&clock, move |call| {
+            if let Some(Posted { revision: Some(7), body, .. }) = &call.posted {
+                let change: Value = serde_json::from_slice(body).expect("is JSON");
+                *said.lock() = change["surface_craft"][1].clone();
+            }
+            let mut mission = mission("m-1");
+            (mission["metadata"], mission["revision"]) = (metadata.clone(), json!(7));
+            mission["setting"]["surface_craft"] = json!([{ "id": "one" }, *said.lock()]);
+            match is_for_plan(call) {
+                true => no_plan_yet(),
+                false if call.path.contains("?after=") => (200, json!({ "missions": [mission] })),
+                false => (200, mission),
+            }
+        });
+        let client = MissionClient::new(&["http://a".to_owned()], None, transport);
+        let choice = MissionChoice::Named { name, digest, body, own: Some(Box::new(own.clone())) };
+        let link = opened(&clock, client.of_craft(Some("two".to_owned())), choice);
+        noted_for(&clock, &link, 5).await;
+        let changes = calls
+            .lock()
+            .iter()
+            .filter(|(_, call)| call.posted.as_ref().is_some_and(|posted| posted.revision.is_some()))
+            .count();
+        assert_eq!(changes, n_expected);
+        let limits = link.status().setting.limits.flatten().and_then(|limits| limits.speed_max_mps);
+        assert_eq!(limits, if n_expected == 1 { Some(0.7) } else { None });
+    }
 }
