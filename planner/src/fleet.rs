@@ -10,17 +10,15 @@
 
 mod assignment;
 mod company;
+mod member;
 mod members;
+mod memory;
 mod schedules;
 mod slots;
 #[cfg(test)]
 mod tests;
 
-pub use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
-pub use crate::facts::ranges::CRAFT_MAX;
-pub use members::{Fleet, Member};
-
-/// Mean time for which an AUV without a path is foreseen to keep its course, at most, s: who serves
-/// whom is better decided by where AUVs are than by where they would be if they never turned.
-/// Chosen on seeds 101 to 106 of `docs/fleets.md`.
-const STRAIGHT_MOST: f64 = 60.0;
+pub use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
+pub use crate::facts::ranges::{CRAFT_MAX, HAND_OVER};
+pub use member::Member;
+pub use members::Fleet;

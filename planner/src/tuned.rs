@@ -1,5 +1,5 @@
 //! Numbers that were chosen by flights, for the folders `craft`, `estimate`, `predict`,
-//! `localise`, `visit` and `avoid`.
+//! `localise`, `visit`, `avoid` and `fleet`.
 //!
 //! The line of a number has its unit, on what it was chosen, and how sensitive it is;
 //! `docs/rationale.md` has the measurements. Numbers whose lines say nothing of a choice are
@@ -50,6 +50,7 @@ macro_rules! numbers {
 mod avoid;
 mod craft;
 mod estimate;
+mod fleet;
 mod forecast;
 mod localise;
 mod visit;
@@ -57,6 +58,7 @@ mod visit;
 pub use avoid::AvoidNumbers;
 pub use craft::CraftNumbers;
 pub use estimate::EstimateNumbers;
+pub use fleet::FleetNumbers;
 pub use forecast::ForecastNumbers;
 pub use localise::LocaliseNumbers;
 pub use visit::VisitNumbers;
@@ -71,6 +73,8 @@ pub struct Tuned {
     pub craft: CraftNumbers,
     /// Estimates of AUVs.
     pub estimate: EstimateNumbers,
+    /// Sharing AUVs out among several craft.
+    pub fleet: FleetNumbers,
     /// Forecasts of AUVs.
     pub forecast: ForecastNumbers,
     /// Figures that localise AUVs.
@@ -85,6 +89,7 @@ impl Tuned {
         avoid: AvoidNumbers::DEFAULT,
         craft: CraftNumbers::DEFAULT,
         estimate: EstimateNumbers::DEFAULT,
+        fleet: FleetNumbers::DEFAULT,
         forecast: ForecastNumbers::DEFAULT,
         localise: LocaliseNumbers::DEFAULT,
         visit: VisitNumbers::DEFAULT,
@@ -97,6 +102,7 @@ impl Tuned {
             "avoid" => self.avoid.by_name(name),
             "craft" => self.craft.by_name(name),
             "estimate" => self.estimate.by_name(name),
+            "fleet" => self.fleet.by_name(name),
             "forecast" => self.forecast.by_name(name),
             "localise" => self.localise.by_name(name),
             "visit" => self.visit.by_name(name),

@@ -157,14 +157,20 @@ impl Flight<'_> {
             let (goal, previous) = (self.scene.goal()?, self.plans.get(&craft.id).cloned());
             let mut request = self.scene.request(t, craft, goal, previous);
             request.vessel_separation_m = Some(self.separation);
-            Ok(Member { id: craft.id.clone(), serves: None, place_before: 0, request })
+            Ok(Member { id: craft.id.clone(), serves: None, is_away: false, place_before: 0, request })
         };
         let members: Vec<Member> = self.craft.iter().map(member).collect::<Result<_, Failure>>()?;
         let gone = self.before.iter().flat_map(|before| &before.craft).filter_map(|gone| {
             let is_gone = members.iter().all(|member| member.id != gone.id);
             let previous_plan = self.plans.get(&gone.id).cloned();
             let request = PlanRequest { previous_plan, ..members[0].request.clone() };
-            is_gone.then(|| Member { id: gone.id.clone(), serves: None, place_before: 0, request })
+            is_gone.then(|| Member {
+                id: gone.id.clone(),
+                serves: None,
+                is_away: false,
+                place_before: 0,
+                request,
+            })
         });
         let gone: Vec<_> = gone.collect();
         Fleet::new(members, (self.before.as_ref(), &gone), &|| false)

@@ -180,7 +180,8 @@ impl FleetMission {
     fn join_rows(&mut self) {
         let [first, others @ ..] = &mut self.missions[..] else { return };
         let Some(row) = first.record_mut().rows.last_mut() else { return };
-        for (craft, auv, _) in self.planner.in_turn() {
+        // Several may localise one AUV together: the first of them counts.
+        for (craft, auv, _) in self.planner.in_turn().into_iter().rev() {
             row.auvs[auv].craft = Some(craft);
         }
         for other in others.iter_mut().filter_map(|other| other.take_rows().pop()) {

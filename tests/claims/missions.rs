@@ -22,6 +22,7 @@ mod harness;
 mod laws;
 mod orders;
 mod reports;
+mod sharing;
 mod streams;
 
 pub(crate) use harness::{Service, id};

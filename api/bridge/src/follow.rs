@@ -19,7 +19,7 @@ use crate::imc::ImcLink;
 use crate::mavlink::{Action, Contradiction, Control};
 use crate::mission_client::MissionClient;
 use crate::mission_link::{LinkStatus, MissionChoice, MissionLink};
-use crate::mission_setup::{complete, declared, needs_origin};
+use crate::mission_setup::{complete, declared, needs_origin, own_part};
 use crate::output_limiter::OutputLimits;
 use crate::reference::Reference;
 use crate::wire::{Endpoint, Input, Output, Received};
@@ -262,11 +262,12 @@ impl Bridge {
                 tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
                 live["origin"] = json!(origin);
             }
-            let limits = |live: &Value| declared::<DeclaredLimits>(live, "limits").unwrap_or_default();
-            self.speed_max = limits(live).speed_max_mps;
-            complete(live, &self.telemetry.parameters, self.autopilot.heading_held());
-            let craft = declared(live, "craft").unwrap_or_default();
-            self.decision.limits = Some(OutputLimits::declared(&limits(live), &craft));
+            let limits = |own: &Value| declared::<DeclaredLimits>(own, "limits").unwrap_or_default();
+            let own = own_part(live, missions.craft());
+            self.speed_max = limits(own).speed_max_mps;
+            complete(own, &self.telemetry.parameters, self.autopilot.heading_held());
+            let craft = declared(own, "craft").unwrap_or_default();
+            self.decision.limits = Some(OutputLimits::declared(&limits(own), &craft));
             if let Some(separation) = live["vessel_separation_m"].as_f64() {
                 self.decision.separation = separation;
             }

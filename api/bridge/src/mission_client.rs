@@ -38,6 +38,8 @@ pub struct MissionClient {
     transport: Transport,
     answer_timeout: Duration,
     wait_s: u32,
+    /// The craft of the mission's fleet for which it asks.
+    craft: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -76,7 +78,18 @@ impl MissionClient {
             _ => (ANSWER_TIMEOUT_OF_SEVERAL, WAIT_S_OF_SEVERAL),
         };
         let urls = urls.iter().map(|url| url.trim_end_matches('/').to_owned());
-        Self { urls: urls.collect(), current: AtomicUsize::new(0), token, transport, answer_timeout, wait_s }
+        let (urls, current) = (urls.collect(), AtomicUsize::new(0));
+        Self { urls, current, token, transport, answer_timeout, wait_s, craft: None }
+    }
+
+    /// The client for this craft of a fleet; for the only one of a mission without a name.
+    #[must_use]
+    pub fn of_craft(self, craft: Option<String>) -> Self {
+        Self { craft, ..self }
+    }
+
+    pub(crate) fn craft(&self) -> Option<&str> {
+        self.craft.as_deref()
     }
 
     /// The unfinished mission of `name`, or a new one of `body`. Another `digest` of the setup is
@@ -88,12 +101,30 @@ impl MissionClient {
         body: &Value,
         key: &str,
     ) -> Result<Mission, ServiceError> {
+        if let Some(found) = self.find(name, digest).await? {
+            return self.run(found).await;
+        }
+        let mut body = body.clone();
+        body["metadata"][NAME] = name.into();
+        body["metadata"][DIGEST] = digest.into();
+        let made: Mission = self.post("", &body, &format!("bridge-{name}-{key}")).await?;
+        // Bridges of one fleet that start together use the mission that was created first.
+        let first = self.find(name, digest).await?.filter(|first| first.id != made.id);
+        if first.is_some() && made.status == Status::Created {
+            let (path, key) = (format!("/{}/finish", made.id), format!("{}-finish", made.id));
+            let _: Mission = self.post(&path, &json!({}), &key).await?;
+        }
+        self.run(first.unwrap_or(made)).await
+    }
+
+    /// The first unfinished mission of `name`. Another `digest` of the setup is an error.
+    async fn find(&self, name: &str, digest: &str) -> Result<Option<Mission>, ServiceError> {
         let mut after = Some(0);
         while let Some(from) = after {
             let page: MissionList = self.get(&format!("?after={from}")).await?;
             let mut missions = page.missions.into_iter();
             match missions.find(|mission| says(mission, NAME, name) && !mission.status.is_over()) {
-                Some(found) if says(&found, DIGEST, digest) => return self.run(found).await,
+                Some(found) if says(&found, DIGEST, digest) => return Ok(Some(found)),
                 Some(Mission { id, .. }) => {
                     return Err(ServiceError::Rejected {
                         code: "another_setup".to_owned(),
@@ -105,11 +136,7 @@ impl MissionClient {
                 None => after = page.next,
             }
         }
-        let mut body = body.clone();
-        body["metadata"][NAME] = name.into();
-        body["metadata"][DIGEST] = digest.into();
-        let made = self.post("", &body, &format!("bridge-{name}-{key}")).await?;
-        self.run(made).await
+        Ok(None)
     }
 
     pub(crate) async fn run(&self, mission: Mission) -> Result<Mission, ServiceError> {
@@ -141,7 +168,10 @@ impl MissionClient {
         id: &str,
         after: u64,
     ) -> Result<Option<CurrentReference>, ServiceError> {
-        let path = format!("/{id}/reference?wait_s={}&after={after}", self.wait_s);
+        let query = form_urlencoded::Serializer::new(String::new())
+            .extend_pairs(self.craft().map(|craft| ("craft", craft)))
+            .finish();
+        let path = format!("/{id}/reference?wait_s={}&after={after}&{query}", self.wait_s);
         match self.get(&path).await {
             Err(ServiceError::Rejected { code, .. }) if code == "no_plan_yet" => Ok(None),
             answer => Ok(Some(serde_json::from_value(used(answer?)).map_err(unavailable)?)),

@@ -191,8 +191,9 @@ impl Shared {
                 Some(mission) => mission,
                 None => self.find(choice).await,
             };
-            let reports = mem::take(&mut *self.outbox.lock());
+            let mut reports = mem::take(&mut *self.outbox.lock());
             if reports != Reports::default() {
+                reports.craft = self.client.craft().map(str::to_owned);
                 let key = format!("bridge-{run:x}-{number}");
                 self.post_until_answered(&mission, &reports, &key).await;
             }
@@ -219,7 +220,7 @@ impl Shared {
                     status.is_answered();
                     status.is_over = mission.status.is_over();
                     status.mission = Some(mission.id.clone());
-                    status.setting = mission.setting.unwrap_or_default();
+                    status.setting = of_craft(mission.setting.unwrap_or_default(), self.client.craft());
                     return mission.id;
                 }
                 Err(error) => {
@@ -347,6 +348,16 @@ impl Shared {
         now.plan = plan.filter(|_| is_running).map(Arc::new);
         is_new
     }
+}
+
+/// The setting with limits and description of that craft of a fleet.
+fn of_craft(mut setting: Setting, craft: Option<&str>) -> Setting {
+    let mut fleet = setting.surface_craft.iter().flatten();
+    let own = fleet.find(|known| Some(&*known.id.0) == craft).cloned();
+    if let Some(own) = own {
+        (setting.limits, setting.craft) = (Some(own.limits), Some(own.craft));
+    }
+    setting
 }
 
 #[derive(Debug, Default)]

@@ -55,6 +55,16 @@ pub(crate) fn declared<T: DeserializeOwned + Default>(live: &Value, member: &str
     }
 }
 
+/// The part of `live` that describes the craft of that name in a fleet, or the only one.
+pub(crate) fn own_part<'a>(live: &'a mut Value, craft: Option<&str>) -> &'a mut Value {
+    let fleet = live["surface_craft"].as_array();
+    let place = fleet.and_then(|fleet| fleet.iter().position(|own| own["id"].as_str() == craft));
+    match place {
+        Some(place) => &mut live["surface_craft"][place],
+        None => live,
+    }
+}
+
 /// Adds craft and limits that `live` does not state, from the autopilot, if its wire tells what its
 /// heading loop holds, and its parameters. A speed limit beyond the autopilot's is lowered to it.
 pub(crate) fn complete(live: &mut Value, parameters: &Parameters, heading_held: Option<HeadingReference>) {

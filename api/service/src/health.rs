@@ -115,11 +115,16 @@ impl Readiness {
     async fn plan_something(&self, limit: Duration) -> Result<(), Problem> {
         let request: PlanRequest =
             serde_json::from_str(EXAMPLES[0].body).expect("the tests post every example");
-        let snapshot = wire::snapshot(request).map_err(Problem::Invalid)?;
+        let snapshot = Arc::new(wire::snapshot(request).map_err(Problem::Invalid)?);
         let now = Arrival(self.planners.clock.now());
         // At a mission's priority: refused requests do not affect missions.
-        let planned = self.planners.plan_in_turn(|_| Ok(snapshot), now, limit).await?;
-        match planned.plan.degraded {
+        let planned = self.planners.plan_in_turn(
+            |_| Ok(snapshot),
+            |snapshot, plan| plan(Arc::clone(snapshot), 1),
+            now,
+            limit,
+        );
+        match planned.await?.1.plan.degraded {
             None => Ok(()),
             Some(Degraded::Deadline) => Err(Problem::TimedOut),
             Some(why) => {

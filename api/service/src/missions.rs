@@ -10,7 +10,9 @@
 mod actor;
 pub(crate) mod check;
 mod clock;
+mod craft_state;
 pub mod event;
+mod facts;
 pub(crate) mod forward;
 mod if_match;
 mod list;

@@ -3,7 +3,7 @@
 use std::sync::LazyLock;
 
 use axum::{body::Bytes, http::header, response::IntoResponse};
-use planner::fleet::CRAFT_MAX;
+use planner::fleet::{CRAFT_MAX, HAND_OVER};
 use serde_json::{Map, Value, json};
 use utoipa::OpenApi;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -133,6 +133,9 @@ fn describe_fleets(document: &mut Value) {
     let previous = json!({ "oneOf": [reference("PreviousFleet"), { "type": "null" }],
         "description": "The last answer, whole. The service does not store it." });
     members.insert("surface_craft".to_owned(), craft);
+    let hand_over = json!({ "type": "number", "minimum": HAND_OVER.start(), "maximum": HAND_OVER.end(),
+        "description": "Time for which a craft still serves an AUV that was given to another, s. Default: 0." });
+    members.insert("hand_over_s".to_owned(), hand_over);
     members.insert("previous_plan".to_owned(), previous);
     let required = request["required"].as_array_mut().expect("some are");
     required.iter_mut().filter(|name| *name == "asc").for_each(|name| *name = json!("surface_craft"));

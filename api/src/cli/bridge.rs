@@ -253,9 +253,13 @@ struct MissionFlags {
     /// Time between two plans, s, at least 0.5.
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     period: f64,
-    /// Name of the mission: a bridge that starts again with the same name continues it.
+    /// Name of the mission: a bridge that starts again with the same name continues it, and the
+    /// bridges of a fleet join it.
     #[arg(long, default_value = "craft")]
     name: String,
+    /// The craft of a fleet that this bridge steers, by its name in the mission's `surface_craft`.
+    #[arg(long, value_name = "NAME")]
+    craft: Option<String>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -502,7 +506,7 @@ impl MissionFlags {
         let transport = Transport::http(clock, certificate.as_deref());
         let none = "the file of --certificate contains no certificate";
         let transport = transport.map_err(because_of(none))?;
-        Ok(MissionClient::new(&urls, token, transport))
+        Ok(MissionClient::new(&urls, token, transport).of_craft(self.craft.clone()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! Requests and answers of fleets: several craft that share the AUVs.
 
-use planner::fleet::{Assignment, CRAFT_MAX, Fleet, Member, SlotUse};
+use planner::fleet::{Assignment, CRAFT_MAX, Fleet, HAND_OVER, Member, SlotUse};
 use planner::snapshot::AUVS_MAX;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -101,13 +101,28 @@ pub struct FleetRequest {
     before: Option<Assignment>,
     /// Craft with a previous plan that are no longer there.
     gone: Vec<Member>,
+    /// Time for which a craft still serves an AUV that it hands over, s.
+    hand_over_s: f64,
 }
 
 impl FleetRequest {
     /// The request of `craft`, at least one, with the previous assignment. Of those that are `gone`
     /// only the previous plan counts.
     pub fn new(craft: Vec<Member>, before: Option<Assignment>, gone: Vec<Member>) -> Self {
-        Self { craft, before, gone }
+        Self { craft, before, gone, hand_over_s: 0.0 }
+    }
+
+    /// The request whose craft still serve AUVs for that time, s, after these were given to another.
+    #[must_use]
+    pub fn handing_over(self, hand_over_s: f64) -> Self {
+        Self { hand_over_s, ..self }
+    }
+
+    /// The same without what any craft remembers.
+    #[must_use]
+    pub fn without_previous_plans(mut self) -> Self {
+        self.craft.iter_mut().chain(&mut self.gone).for_each(|member| member.request.previous_plan = None);
+        self
     }
 
     /// Reads `body`, an object with `surface_craft`.
@@ -130,6 +145,13 @@ impl FleetRequest {
             place.map(|place| members.remove(place).1)
         };
         let (craft, previous) = (take("surface_craft"), take("previous_plan"));
+        let hand_over_s = take("hand_over_s").unwrap_or(Json::Null);
+        let hand_over_s = Option::<f64>::deserialize(Node::whole(&hand_over_s))
+            .map_err(|wrong| wrong.within("hand_over_s"))?
+            .unwrap_or(0.0);
+        if let Some(fault) = FieldError::outside("/hand_over_s", hand_over_s, &HAND_OVER) {
+            return Err(ShapeError(Box::new(fault)));
+        }
         let craft = craft.unwrap_or(Json::Null);
         let craft = Vec::<SurfaceCraft>::deserialize(Node::whole(&craft))
             .map_err(|wrong| wrong.within("surface_craft"))?;
@@ -147,12 +169,14 @@ impl FleetRequest {
         let shared = PlanRequest::deserialize(Node::whole(json))?;
         let (before, plans) = previous.map(|fleet| (fleet.assignment, fleet.surface_craft)).unzip();
         let plans = plans.unwrap_or_default();
+        let n_hand_overs = before.as_ref().map_or(0, |before| before.hand_overs.len());
         let lists = before.iter().flat_map(|before| &before.craft).map(|craft| craft.auvs.len());
         let longest = lists.max().unwrap_or(0);
         let lengths = [
             ("surface_craft", plans.len(), CRAFT_MAX),
             ("assignment/craft", before.as_ref().map_or(0, |before| before.craft.len()), CRAFT_MAX),
             ("assignment/craft", longest, AUVS_MAX),
+            ("assignment/hand_overs", n_hand_overs, CRAFT_MAX * AUVS_MAX),
         ];
         for (list, n, most) in lengths {
             let place = format!("/previous_plan/{list}");
@@ -166,14 +190,14 @@ impl FleetRequest {
             let (place_before, previous_plan) =
                 before.map_or((0, None), |(place, before)| (*place, before.plan.take()));
             let request = PlanRequest { asc, craft, limits, previous_plan, ..shared.clone() };
-            Member { id, serves, place_before, request }
+            Member { id, serves, is_away: false, place_before, request }
         };
         let craft: Vec<_> = craft.into_iter().map(member).collect();
         let gone = plans.into_iter().filter_map(|(place_before, PreviousOfCraft { id, plan })| {
             let request = PlanRequest { previous_plan: Some(plan?), ..craft[0].request.clone() };
-            Some(Member { id, serves: None, place_before, request })
+            Some(Member { id, serves: Some(Vec::new()), is_away: true, place_before, request })
         });
-        Ok(Self { gone: gone.collect(), craft, before })
+        Ok(Self { gone: gone.collect(), craft, before, hand_over_s })
     }
 
     /// What all craft share, with the members of the first one.
@@ -197,7 +221,7 @@ impl FleetRequest {
             let before = request.previous_plan.as_ref().and_then(|plan| plan.origin);
             faults.extend(before.iter().flat_map(|before| origin_faults(before, origin.as_ref(), &place)));
         }
-        faults.extend(Fleet::faults(&self.craft, &self.gone));
+        faults.extend(Member::faults(&self.craft, &self.gone));
         if !faults.is_empty() {
             return Err(faults);
         }
@@ -205,7 +229,8 @@ impl FleetRequest {
         for member in self.craft.iter_mut().chain(&mut self.gone) {
             CraftFrame::enter(&mut member.request, at);
         }
-        Fleet::new(self.craft, (self.before.as_ref(), &self.gone), due)
+        let fleet = Fleet::new(self.craft, (self.before.as_ref(), &self.gone), due)?;
+        Ok(fleet.handing_over(self.hand_over_s))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use planner::fleet::{Assignment, SlotUse};
 use planner::snapshot::Origin;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -16,7 +17,7 @@ mod report;
 mod scene;
 mod setting;
 
-pub use new::{Controller, Live, LiveAuv, NewMission, Simulated};
+pub use new::{Controller, Live, LiveAuv, LiveCraft, NewMission, Simulated};
 pub use order::{Order, OrderList, Run, Step};
 pub use report::{Accepted, AscReport, LastSteering, Note, Reports, Steering, SteeringState};
 pub use scene::{Scene, SceneFault, TrueVehicle, TrueVessel, Truth};
@@ -93,8 +94,64 @@ pub struct Mission {
     pub metadata: Map<String, Value>,
     /// The last plan; after a start of the service, absent until the mission runs or is requested.
     pub plan: Option<PlanSummary>,
-    /// Last reported state of a live mission's steering. None: no report since the start.
+    /// Last reported state of a live mission's steering. None: no report since the start. Of a
+    /// fleet, the worst of all craft.
     pub steering: Option<LastSteering>,
+    /// The surface craft of a fleet.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surface_craft: Vec<CraftSummary>,
+}
+
+/// A surface craft of a fleet.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct CraftSummary {
+    /// Its name.
+    pub id: String,
+    /// The AUVs that it serves.
+    pub auvs: Vec<String>,
+    /// Why it serves none, if it is unable to.
+    pub away: Option<Away>,
+    /// Its last plan.
+    pub plan: Option<PlanSummary>,
+    /// Last reported state of its steering.
+    pub steering: Option<LastSteering>,
+}
+
+/// Why a craft of a fleet serves no AUV.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Away {
+    /// No state of it was heard for 10 s.
+    Silent,
+    /// A person steers it.
+    Person,
+    /// Its bridge reports that it is not steered.
+    NotSteering,
+    /// It does not move as its plans foresee.
+    DoesNotFollow,
+    /// It is well again, and not yet for long enough to serve.
+    Returning,
+}
+
+/// Who serves whom in a fleet, since `t_s`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct Assigned {
+    /// Time of the plans, on the mission's clock, s.
+    pub t_s: f64,
+    /// Who serves whom.
+    pub assignment: Assignment,
+    /// Craft that can serve nobody, and why.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub away: BTreeMap<String, Away>,
+    /// `true` if the deadline cut the search short: it cannot be repeated.
+    #[serde(default, skip_serializing_if = "is_no")]
+    pub cut_short: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+fn is_no(said: &bool) -> bool {
+    !said
 }
 
 /// Summary of a mission's last plan.
@@ -140,6 +197,9 @@ pub struct MissionList {
 pub struct CurrentReference {
     /// The mission.
     pub mission: String,
+    /// The craft of a fleet that it is for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<String>,
     /// The mission's status. Only a running mission makes new plans.
     pub status: Status,
     /// Number of the event that stored the plan.
@@ -154,12 +214,16 @@ pub struct CurrentReference {
     pub outcome: Outcome,
     /// The fallback level or law that answered.
     pub method: Method,
-    /// Times at which `asc` and the plan's AUVs were last heard, on the mission's clock, s.
+    /// Times at which the surface craft (`asc`, or the names of a fleet's) and AUVs were last heard, on the mission's clock, s.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub heard_s: BTreeMap<String, f64>,
     /// Vehicles without recent reports, for which the next plan waits; empty while plans are made.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waits_for: Vec<String>,
+    /// Slots of the acoustic network of a fleet, one after the other: transmissions in one slot do
+    /// not disturb each other.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub slots: Vec<Vec<SlotUse>>,
     /// Due plans that were not made since the service took over the mission: it was overloaded, the
     /// disk refused to write, or the known facts were invalid.
     pub missed: u64,

@@ -25,6 +25,31 @@ pub struct Assignment {
     /// Time of the last change, s on the request's clock: the next one soon after it has to be
     /// better by more.
     pub changed_s: f64,
+    /// AUVs that a craft still serves beside the one to which they were given.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub hand_overs: Vec<HandOver>,
+}
+
+/// An AUV that a craft still serves beside the one to which it was given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct HandOver {
+    /// The AUV.
+    #[schema(value_type = String)]
+    pub auv: VehicleId,
+    /// The craft from which it was taken.
+    #[schema(value_type = String)]
+    pub craft: VehicleId,
+    /// The end of that, s on the request's clock.
+    pub until_s: f64,
+}
+
+impl Assignment {
+    /// The AUVs that the craft at an index serves now: its own, and those that it hands over.
+    pub fn serves(&self, craft: usize) -> impl Iterator<Item = &VehicleId> {
+        let CraftAssignment { id, auvs } = &self.craft[craft];
+        let handed_over = self.hand_overs.iter().filter(move |hand_over| hand_over.craft == *id);
+        auvs.iter().chain(handed_over.map(|hand_over| &hand_over.auv))
+    }
 }
 
 /// A craft with the AUVs that it serves.

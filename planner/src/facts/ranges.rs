@@ -78,6 +78,9 @@ pub const VESSELS_MAX: usize = 64;
 /// Number of points of a vessel's plan.
 pub const VESSEL_PLAN_LENGTH: RangeInclusive<usize> = 0..=32;
 
+/// Time for which a craft of a fleet still serves an AUV that it hands over, s.
+pub const HAND_OVER: RangeInclusive<f64> = 0.0..=600.0;
+
 /// Distance to keep from a vessel, m: from a craft's own half length to that of a large ship.
 pub const VESSEL_SEPARATION: RangeInclusive<f64> = 1.0..=2000.0;
 
@@ -405,7 +408,11 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ),
         (
             "Live",
-            &[("surfacing_separation_m", SURFACING_SEPARATION), ("vessel_separation_m", VESSEL_SEPARATION)],
+            &[
+                ("surfacing_separation_m", SURFACING_SEPARATION),
+                ("vessel_separation_m", VESSEL_SEPARATION),
+                ("hand_over_s", HAND_OVER),
+            ],
         ),
         ("Asc", &ASC),
         ("Asc", &ASC_GROUND),

@@ -79,8 +79,8 @@ pub enum VesselStatus {
 }
 
 /// Length of a surface craft of one's own over all, m, and standard deviation of its position, m.
-const CRAFT_LENGTH: f64 = 5.0;
-const CRAFT_SIGMA: f64 = 3.0;
+pub(crate) const CRAFT_LENGTH: f64 = 5.0;
+pub(crate) const CRAFT_SIGMA: f64 = 3.0;
 
 impl Vessel {
     /// A surface craft that keeps to its `plan`, from its position (north, east), m, and velocity

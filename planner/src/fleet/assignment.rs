@@ -8,17 +8,13 @@
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
+use crate::tuned::FleetNumbers;
+
 /// Most sets whose costs are compared in full.
 const SETS_MAX: usize = 96;
 
 /// Sets after which the search ends otherwise.
 const WORK_MAX: usize = 400;
-
-/// Share of its cost by which another assignment must be better than the previous one: long after a
-/// change, and right after it. The difference decays over this time, s.
-const KEEP_MARGIN: f64 = 0.2;
-const KEEP_MARGIN_AT_FIRST: f64 = 0.5;
-const SETTLES_IN: f64 = 120.0;
 
 /// Relative difference of equal costs, from sums in another order.
 const TIE: f64 = 1e-9;
@@ -33,6 +29,7 @@ pub(super) struct Search<'a> {
     /// `true` if the largest cost of a craft counts, `false` for the sum.
     pub(super) is_largest: bool,
     pub(super) due: &'a dyn Fn() -> bool,
+    numbers: &'a FleetNumbers,
     known: RefCell<BTreeMap<(usize, u32), f64>>,
     work: Cell<usize>,
 }
@@ -55,8 +52,9 @@ impl<'a> Search<'a> {
         serves: Vec<u32>,
         (cost, is_largest): (&'a dyn Fn(usize, u32) -> f64, bool),
         due: &'a dyn Fn() -> bool,
+        numbers: &'a FleetNumbers,
     ) -> Self {
-        Self { n, serves, cost, is_largest, due, known: RefCell::default(), work: Cell::new(0) }
+        Self { n, serves, cost, is_largest, due, numbers, known: RefCell::default(), work: Cell::new(0) }
     }
 
     /// The best assignment, unless `before`, which has stood for `age` seconds, is almost as good.
@@ -76,8 +74,9 @@ impl<'a> Search<'a> {
         }
         let (least, cost) = (self.total(&best), self.total(&completed));
         let is_known = before.iter().any(Option::is_some);
-        let at_first = (KEEP_MARGIN_AT_FIRST - KEEP_MARGIN) * (-age.max(0.0) / SETTLES_IN).exp();
-        let kept = is_known && best != completed && cost <= least * (1.0 + KEEP_MARGIN + at_first);
+        let FleetNumbers { keep_margin, keep_margin_at_first, settles_in, .. } = self.numbers;
+        let margin = keep_margin + (keep_margin_at_first - keep_margin) * (-age.max(0.0) / settles_in).exp();
+        let kept = is_known && best != completed && cost <= least * (1.0 + margin);
         let (craft_of, cost) = if kept { (completed, cost) } else { (best, least) };
         let bound = self.bound().min(least);
         Found { craft_of, cost, bound, exact: exact && !(self.due)(), kept }

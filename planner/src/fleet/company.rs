@@ -4,7 +4,6 @@
 use nalgebra::Vector2;
 
 use crate::facts::options::ForecastModel;
-use crate::fleet::STRAIGHT_MOST;
 use crate::predict::forecast::AuvForecast;
 use crate::predict::smallest_circle::{Below, nearest_to_all};
 
@@ -25,10 +24,10 @@ pub(super) struct Company {
 }
 
 impl Company {
-    /// With AUVs, each with its weight.
+    /// With AUVs, each with its weight, which are foreseen to keep their courses for so long, s.
     pub(super) fn new(
         craft: Vec<(Vector2<f64>, f64)>,
-        auvs: &[(&AuvForecast, f64)],
+        (auvs, straight): (&[(&AuvForecast, f64)], f64),
         is_largest: bool,
     ) -> Self {
         let sum: f64 = auvs.iter().map(|(_, weight)| weight).sum();
@@ -37,8 +36,8 @@ impl Company {
             let has_path = forecast.likeliest().model == ForecastModel::Path;
             let at = |time: f64| {
                 let ahead = forecast.at(time).position - here;
-                let straight = STRAIGHT_MOST / time * -(-time / STRAIGHT_MOST).exp_m1();
-                if has_path || time <= 0.0 { here + ahead } else { here + ahead * straight }
+                let share = straight / time * -(-time / straight).exp_m1();
+                if has_path || time <= 0.0 { here + ahead } else { here + ahead * share }
             };
             (0..INSTANTS).map(|i| Below { position: at(STEP * i as f64), depth: 0.0 }).collect()
         };

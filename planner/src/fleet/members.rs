@@ -1,88 +1,44 @@
 //! The craft of a fleet, and what each of them plans for.
 
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::f64::consts::PI;
 
 use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::angle::Course;
 use crate::facts::auv::{Auv, VehicleId};
-use crate::facts::evidence::AuvState;
 use crate::facts::field_error::FieldError;
-use crate::facts::fleet::{Assignment, CraftAssignment, SlotUse};
+use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
 use crate::facts::goal::Goal;
-use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
-use crate::facts::ranges::{AUVS_MAX, ID_LENGTH_MAX, VESSEL_PLAN_LENGTH};
-use crate::facts::schedule::Schedule;
-use crate::facts::traffic::Vessel;
+use crate::facts::localise::Figure;
+use crate::facts::ranges::{HAND_OVER, VESSEL_PLAN_LENGTH};
+use crate::facts::traffic::{CRAFT_LENGTH, CRAFT_SIGMA, VESSEL_SEPARATION_DEFAULT, Vessel};
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
 use crate::fleet::company::Company;
+use crate::fleet::member::Member;
+use crate::fleet::memory::Memory;
 use crate::fleet::schedules::Schedules;
 use crate::fleet::slots::slots;
 use crate::predict::goal::forecast_all;
 use crate::problem::parameters::Parameters;
 use crate::snapshot::build::Snapshot;
 use crate::snapshot::check::InvalidRequest;
-use crate::snapshot::request::PlanRequest;
 use crate::solve::stop::Stop;
 use crate::visit::bound::least_cost_of;
 
+/// Room on the figure of craft that localise the same AUVs, as a share of what they need.
+const ROOM: f64 = 1.1;
+
 /// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
 const STAYS: f64 = 300.0;
-
-/// The members of a request that each craft has for itself.
-const OWN: [&str; 4] = ["/previous_plan", "/asc", "/craft", "/limits"];
-
-/// A craft of a fleet.
-#[derive(Clone, Debug)]
-pub struct Member {
-    /// Its name.
-    pub id: VehicleId,
-    /// The AUVs that it may serve; all without a list.
-    pub serves: Option<Vec<VehicleId>>,
-    /// Its place in the previous answer, which faults name.
-    pub place_before: usize,
-    /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
-    /// are equal for all craft.
-    pub request: PlanRequest,
-}
-
-impl Member {
-    fn may_serve(&self, id: &VehicleId) -> bool {
-        self.serves.as_ref().is_none_or(|serves| serves.contains(id))
-    }
-
-    /// Its own members, in a request that is valid without them.
-    fn own_request(&self) -> PlanRequest {
-        let PlanRequest { t_s, asc, craft, limits, previous_plan, .. } = &self.request;
-        let auv = AuvState::new(Vector2::zeros(), 0.0, Course::new(0.0), 0.0);
-        let goal = Goal::Track { auv: "auv".into() };
-        PlanRequest {
-            craft: craft.clone(),
-            limits: *limits,
-            previous_plan: previous_plan.clone(),
-            ..PlanRequest::new(*t_s, *asc, vec![Auv::new("auv", auv)], goal)
-        }
-    }
-
-    /// Names the fields of a fleet's request in the faults of this one, the craft at index `i`.
-    fn name(&self, i: usize, faults: &mut [FieldError]) {
-        for fault in faults {
-            if OWN[1..].iter().any(|own| fault.pointer.starts_with(own)) {
-                fault.pointer = format!("/surface_craft/{i}{}", fault.pointer);
-            } else if let Some(rest) = fault.pointer.strip_prefix("/previous_plan") {
-                fault.pointer = format!("/previous_plan/surface_craft/{}/plan{rest}", self.place_before);
-            }
-        }
-    }
-}
 
 /// The craft of a fleet at one moment, in the order in which the others give way to them.
 #[derive(Clone, Debug)]
 pub struct Fleet {
     ids: Vec<VehicleId>,
+    is_away: Vec<bool>,
     /// AUVs that each may serve, as bits of `auvs`.
     serves: Vec<u32>,
     snapshots: Vec<Snapshot>,
@@ -91,64 +47,14 @@ pub struct Fleet {
     before: CraftOf,
     /// Time of the last change of the assignment, s.
     changed: f64,
+    /// AUVs that were being handed over, and the time that it takes, s.
+    hand_overs: Vec<HandOver>,
+    hand_over_time: f64,
 }
 
 impl Fleet {
-    /// The faults of the fleet of `members`, at least one, by field of its request. Of those that
-    /// are `gone` only the previous plan counts. If a list is too long, that alone.
-    pub fn faults(members: &[Member], gone: &[Member]) -> Vec<FieldError> {
-        let request = &members[0].request;
-        let mut faults = request.check().err().map_or_else(Vec::new, |InvalidRequest(faults)| faults);
-        for (i, member) in members.iter().enumerate() {
-            let serves = member.serves.iter().map(Vec::len).max().unwrap_or(0);
-            let place = format!("/surface_craft/{i}/serves");
-            faults.extend(FieldError::of_length(place, serves, &(0..=AUVS_MAX), "items"));
-        }
-        members[0].name(0, &mut faults);
-        if faults.iter().any(|fault| fault.code == "length") {
-            return faults;
-        }
-        for (i, member) in members.iter().chain(gone).enumerate().skip(1) {
-            let mut own = member.own_request().check().err().map_or_else(Vec::new, |InvalidRequest(own)| own);
-            let members_of = if i < members.len() { &OWN[..] } else { &OWN[..1] };
-            own.retain(|fault| members_of.iter().any(|own| fault.pointer.starts_with(own)));
-            member.name(i, &mut own);
-            faults.extend(own);
-        }
-        for (i, member) in members.iter().enumerate() {
-            let place = format!("/surface_craft/{i}/id");
-            faults.extend(name_faults(&place, &member.id));
-            let is_taken = members[..i].iter().any(|other| other.id == member.id)
-                || request.traffic.iter().any(|vessel| vessel.id == member.id);
-            if is_taken {
-                faults.push(FieldError::new(&place, "duplicate", "duplicate name").given(&*member.id.0));
-            }
-            let is_known = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
-            let served = member.serves.iter().flatten().enumerate();
-            for (j, id) in served.filter(|(_, id)| !is_known(id)) {
-                let place = format!("/surface_craft/{i}/serves/{j}");
-                faults
-                    .push(FieldError::new(place, "unknown_vehicle", "names no AUV of `auvs`").given(&*id.0));
-            }
-        }
-        for id in request.goal.goal.vehicles() {
-            if !members.iter().any(|member| member.may_serve(id)) {
-                let detail = "no craft may serve this AUV: add it to the `serves` of one";
-                faults.push(FieldError::new("/goal", "unserved", detail).given(&*id.0));
-            }
-        }
-        for (i, auv) in request.auvs.iter().enumerate() {
-            let reports = auv.reports.iter().flatten().enumerate();
-            for (j, _) in reports.filter(|(_, report)| report.range_m.is_some() && report.from.is_none()) {
-                let detail = "say where the craft was that measured this range: a fleet has several";
-                faults.push(FieldError::new(format!("/auvs/{i}/reports/{j}/from"), "missing", detail));
-            }
-        }
-        faults
-    }
-
-    /// The fleet of `members`, at least one and without faults. `before` is its previous
-    /// assignment, `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
+    /// The fleet of `members`, at least one and without faults. `before` is its previous assignment,
+    /// `gone` are the craft that it has lost. Once `due`, estimates use the newest reports alone.
     ///
     /// # Errors
     /// The faults of the first member's request with the memory of all.
@@ -164,7 +70,7 @@ impl Fleet {
         // AUVs are estimated once, from what any craft remembers of them.
         let leading = Snapshot::until(members[0].request.clone(), due);
         let leading = leading.map_err(|InvalidRequest(faults)| faults)?;
-        let others = members[1..].iter().map(|member| leading.beside(member.request.clone()));
+        let others = members[1..].iter().map(|member| leading.of_other_craft(member.request.clone()));
         let snapshots: Vec<_> = [leading.clone()].into_iter().chain(others).collect();
         let place = |id: &VehicleId| leading.auvs.iter().position(|auv| auv.id == *id);
         let mut auvs: Vec<usize> = leading.goal.goal.vehicles().filter_map(place).collect();
@@ -172,7 +78,7 @@ impl Fleet {
         let id = |auv: &usize| &leading.auvs[*auv].id;
         let may_serve = |member: &Member| {
             let bits = auvs.iter().enumerate();
-            let bits = bits.filter(|(_, auv)| member.may_serve(id(auv)));
+            let bits = bits.filter(|(_, auv)| !member.is_away && member.may_serve(id(auv)));
             bits.fold(0, |set, (i, _)| set | 1 << i)
         };
         let craft_of = |auv: &usize| {
@@ -183,10 +89,19 @@ impl Fleet {
             serves: members.iter().map(may_serve).collect(),
             before: auvs.iter().map(craft_of).collect(),
             changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s),
+            hand_overs: before.map_or_else(Vec::new, |before| before.hand_overs.clone()),
+            hand_over_time: 0.0,
+            is_away: members.iter().map(|member| member.is_away).collect(),
             ids: members.into_iter().map(|member| member.id).collect(),
             snapshots,
             auvs,
         })
+    }
+
+    /// The fleet whose craft still serve AUVs for that time, s, after these were given to another.
+    #[must_use]
+    pub fn handing_over(self, hand_over_time: f64) -> Self {
+        Self { hand_over_time, ..self }
     }
 
     /// Who serves whom. Once `stop` is due, the best that is known by then.
@@ -212,7 +127,8 @@ impl Fleet {
             let weight = |auv: &usize| goal.weight(&leading.auvs[*auv].id);
             let auvs: Vec<_> = self.auvs.iter().map(|auv| (&forecasts[*auv], weight(auv))).collect();
             let is_largest = matches!(goal, Goal::Range { .. });
-            let company = Company::new(craft.collect(), &auvs, is_largest);
+            let company =
+                Company::new(craft.collect(), (&auvs, leading.tuned().fleet.straight_most), is_largest);
             let cost = |craft, set| company.cost(craft, set);
             self.search((&cost, is_largest), &due)
         };
@@ -224,8 +140,67 @@ impl Fleet {
                 auvs: of.map(|(auv, _)| leading.auvs[*auv].id.clone()).collect(),
             }
         });
+        let mut craft: Vec<_> = craft.collect();
+        if matches!(goal, Goal::Localise(_)) {
+            self.join(&mut craft);
+        }
         let changed_s = if craft_of == self.before { self.changed } else { leading.t_s };
-        Assignment { craft: craft.collect(), cost, bound, exact, kept, changed_s }
+        let hand_overs = self.hand_overs_to(&craft_of);
+        Assignment { craft, cost, bound, exact, kept, changed_s, hand_overs }
+    }
+
+    /// Lets spare craft localise the AUVs of others, too: those of the nearest of the craft with
+    /// the fewest beside them.
+    fn join(&self, craft: &mut [CraftAssignment]) {
+        let mut n_beside = vec![0; craft.len()];
+        for spare in 0..craft.len() {
+            if !craft[spare].auvs.is_empty() || self.is_away[spare] {
+                continue;
+            }
+            let may_serve = |id: &VehicleId| {
+                let place = self.auvs.iter().position(|auv| self.snapshots[0].auvs[*auv].id == *id);
+                place.is_some_and(|place| self.serves[spare] & (1 << place) != 0)
+            };
+            let at = |craft: usize| self.snapshots[craft].asc.position();
+            let others = (0..craft.len()).filter(|other| *other != spare && !craft[*other].auvs.is_empty());
+            let others = others.filter(|other| craft[*other].auvs.iter().all(may_serve));
+            let key = |other: &usize| (n_beside[*other], (at(*other) - at(spare)).norm());
+            let joined =
+                others.min_by(|one, other| key(one).partial_cmp(&key(other)).unwrap_or(Ordering::Equal));
+            if let Some(joined) = joined {
+                n_beside[joined] += 1;
+                n_beside[spare] = usize::MAX;
+                craft[spare].auvs = craft[joined].auvs.clone();
+            }
+        }
+    }
+
+    /// AUVs that other craft than those of `craft_of` still serve.
+    fn hand_overs_to(&self, craft_of: &CraftOf) -> Vec<HandOver> {
+        let leading = &self.snapshots[0];
+        let until_s = leading.t_s + self.hand_over_time;
+        let auvs = self.auvs.iter().zip(self.before.iter().zip(craft_of));
+        let new = auvs.filter_map(|(auv, (before, now))| {
+            let craft = self.ids[before.filter(|before| now.is_some_and(|now| now != *before))?].clone();
+            Some(HandOver { auv: leading.auvs[*auv].id.clone(), craft, until_s })
+        });
+        let all = self.hand_overs.iter().cloned().chain(new);
+        let goes_on = |hand_over: &HandOver| {
+            let place = self.ids.iter().position(|id| *id == hand_over.craft);
+            let mut auvs = self.auvs.iter().zip(craft_of);
+            let left = hand_over.until_s - leading.t_s;
+            0.0 < left
+                && left <= *HAND_OVER.end()
+                && place.is_some_and(|place| !self.is_away[place])
+                && auvs.any(|(auv, craft)| leading.auvs[*auv].id == hand_over.auv && *craft != place)
+        };
+        let mut going = Vec::<HandOver>::new();
+        for hand_over in all.filter(goes_on) {
+            // What was given to and fro is handed over anew.
+            going.retain(|known| (&known.auv, &known.craft) != (&hand_over.auv, &hand_over.craft));
+            going.push(hand_over);
+        }
+        going
     }
 
     /// The scheduling problem of each craft.
@@ -246,7 +221,7 @@ impl Fleet {
     }
 
     fn search(&self, cost: (&dyn Fn(usize, u32) -> f64, bool), due: &dyn Fn() -> bool) -> Found {
-        Search::new(self.auvs.len(), self.serves.clone(), cost, due)
+        Search::new(self.auvs.len(), self.serves.clone(), cost, due, &self.snapshots[0].tuned().fleet)
             .best(&self.before, self.snapshots[0].t_s - self.changed)
     }
 
@@ -265,54 +240,100 @@ impl Fleet {
         let mut ahead = self.at_rest(assignment);
         let planned = (0..self.n_craft()).map(|craft| {
             let snapshot = self.snapshot(craft, assignment, &ahead);
-            let stands_by = snapshot.stands_by();
             let planned = plan(snapshot, self.n_craft() - craft);
-            if !stands_by {
-                ahead.push(self.as_vessel(craft, planned.as_ref()));
-            }
+            self.add_to(&mut ahead, craft, planned.as_ref());
             planned
         });
         planned.collect()
     }
 
-    /// The spare craft as vessels that stay where they are.
+    /// Adds a craft, by index, with its plan to the vessels that those after it see, unless it is a
+    /// spare one, which all see.
+    pub fn add_to(&self, ahead: &mut Vec<Vessel>, craft: usize, plan: &Plan) {
+        if ahead.iter().all(|vessel| vessel.id != self.ids[craft]) {
+            ahead.push(self.as_vessel(craft, plan));
+        }
+    }
+
+    /// The spare craft as vessels that stay where they are, or go straight on if they are away.
     pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
-        let spare = assignment.craft.iter().zip(&self.snapshots).filter(|(craft, _)| craft.auvs.is_empty());
-        let at_rest = spare.map(|(craft, snapshot)| {
-            let (at, now) = (snapshot.asc.position(), snapshot.t_s);
-            let plan = vec![[now + STAYS, at.x, at.y]];
-            Vessel::of_craft(craft.id.clone(), now, at, Vector2::zeros(), plan)
+        let spare = (0..self.n_craft()).filter(|craft| assignment.serves(*craft).next().is_none());
+        let at_rest = spare.map(|craft| {
+            let asc = &self.snapshots[craft].asc;
+            let now = self.snapshots[craft].t_s;
+            let stays = (Vector2::zeros(), vec![[now + STAYS, asc.north_m, asc.east_m]]);
+            let (velocity, plan) = if self.is_away[craft] { (self.velocity(craft), vec![]) } else { stays };
+            Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
         });
         at_rest.collect()
     }
 
-    /// What a craft, by index, plans for by `assignment`, among other craft as `vessels`.
-    pub fn snapshot(&self, craft: usize, assignment: &Assignment, vessels: &[Vessel]) -> Snapshot {
+    /// Velocity of a craft, by index, over ground (north, east), m/s.
+    fn velocity(&self, craft: usize) -> Vector2<f64> {
         let snapshot = &self.snapshots[craft];
-        let served = &assignment.craft[craft].auvs;
-        let goal = snapshot.goal.goal.only(|id| served.contains(id));
-        let others = assignment.craft.iter().enumerate().filter(|(other, _)| *other != craft);
-        let of_others = others.flat_map(|(_, other)| other.auvs.iter().cloned()).collect();
-        let others = vessels.iter().filter(|vessel| vessel.id != self.ids[craft]);
-        snapshot.part(goal, others.cloned(), of_others)
+        let asc = &snapshot.asc;
+        asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current())
+    }
+
+    /// What a craft, by index, plans for by `assignment`, among the vessels `ahead` of
+    /// it.
+    pub fn snapshot(&self, craft: usize, assignment: &Assignment, ahead: &[Vessel]) -> Snapshot {
+        let snapshot = &self.snapshots[craft];
+        let served: Vec<_> = assignment.serves(craft).collect();
+        let goal = snapshot.goal.goal.only(|id| served.contains(&id));
+        let others = (0..self.n_craft()).filter(|other| *other != craft);
+        let of_others = others.flat_map(|other| assignment.serves(other));
+        let of_others = of_others.filter(|id| !served.contains(id)).cloned().collect();
+        let others = ahead.iter().filter(|vessel| vessel.id != self.ids[craft]);
+        let is_together = |other: &usize| assignment.serves(*other).collect::<Vec<_>>() == served;
+        let separation = snapshot.vessel_separation_m.unwrap_or(VESSEL_SEPARATION_DEFAULT);
+        let n_together = (0..self.n_craft()).filter(is_together).count();
+        let apart = separation + CRAFT_LENGTH / 2.0 + 2.0 * CRAFT_SIGMA;
+        // Two pass each other at a right angle, more go round side by side.
+        let turn = PI / n_together.max(4) as f64;
+        let least_radius = if n_together < 2 { 0.0 } else { ROOM * apart / (2.0 * turn.sin()) };
+        snapshot.part(goal, others.cloned(), of_others, least_radius)
     }
 
     /// The vessel with its `plan` that the craft after this one, an index, see.
-    pub fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
+    fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
         let snapshot = &self.snapshots[craft];
         let asc = &snapshot.asc;
-        let velocity = asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current());
-        let step = plan.trajectory.len().div_ceil(*VESSEL_PLAN_LENGTH.end()).max(1);
+        let most = *VESSEL_PLAN_LENGTH.end() / if plan.figure.is_some() { 2 } else { 1 };
+        let step = plan.trajectory.len().div_ceil(most).max(1);
         let points = plan.trajectory.iter().skip(step).step_by(step);
-        let points = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
-        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), velocity, points)
+        let mut points: Vec<_> = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
+        // A craft on a figure goes on with it: others would dodge one that goes straight on.
+        if let (Some(figure), Some(last)) = (&plan.figure, points.last()) {
+            let ends = last[0] - snapshot.t_s;
+            let mean = self.mean_of(figure);
+            points.extend((1..=most).map(|i| {
+                let ahead = ends + (STAYS - ends).max(1.0) * i as f64 / most as f64;
+                let at = mean(ahead) + figure.at(ahead).0;
+                [snapshot.t_s + ahead, at.x, at.y]
+            }));
+        }
+        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), self.velocity(craft), points)
     }
 
     /// `true` for the AUVs that the answer to a craft, by index, tells of and remembers: those that
     /// it serves, and in that to the first craft those that nobody serves.
     pub fn tells_of(craft: usize, assignment: &Assignment, id: &VehicleId) -> bool {
-        let serves = |craft: &CraftAssignment| craft.auvs.contains(id);
-        serves(&assignment.craft[craft]) || craft == 0 && !assignment.craft.iter().any(serves)
+        let serves = |craft: usize| assignment.serves(craft).any(|served| served == id);
+        serves(craft) || craft == 0 && !(0..assignment.craft.len()).any(serves)
+    }
+
+    /// Where the mean of the vehicles of a figure is after a time, s.
+    fn mean_of(&self, figure: &Figure) -> impl Fn(f64) -> Vector2<f64> + use<> {
+        let leading = &self.snapshots[0];
+        let weight = |id: &VehicleId| leading.goal.goal.weight(id);
+        let of = |forecast, auv: &Auv| (forecast, weight(&auv.id));
+        let all = forecast_all(leading).into_iter().zip(&leading.auvs);
+        let is_of = |auv: &Auv| figure.vehicles.iter().any(|vehicle| vehicle.auv == auv.id);
+        let auvs: Vec<_> =
+            all.filter(|(_, auv)| is_of(auv)).map(|(forecast, auv)| of(forecast, auv)).collect();
+        let sum: f64 = auvs.iter().map(|(_, weight)| weight).sum();
+        move |ahead| auvs.iter().map(|(forecast, weight)| forecast.at(ahead).position * (weight / sum)).sum()
     }
 
     /// Slots of the acoustic network, one after the other, in each of which these transmissions do
@@ -321,8 +342,8 @@ impl Fleet {
         let leading = &self.snapshots[0];
         let forecasts = forecast_all(leading);
         let (mut uses, mut calls) = (Vec::new(), Vec::new());
-        for (craft, snapshot) in assignment.craft.iter().zip(&self.snapshots) {
-            for auv in &craft.auvs {
+        for (k, (craft, snapshot)) in assignment.craft.iter().zip(&self.snapshots).enumerate() {
+            for auv in assignment.serves(k) {
                 let at = leading.auvs.iter().position(|known| known.id == *auv);
                 let at = at.map_or_else(Vector2::zeros, |auv| forecasts[auv].at(0.0).position);
                 uses.push(SlotUse { craft: craft.id.clone(), auv: auv.clone() });
@@ -336,75 +357,4 @@ impl Fleet {
         }
         table
     }
-}
-
-/// What the craft of a fleet remember of AUVs, which another one may have to serve next.
-#[derive(Default)]
-struct Memory {
-    targets: BTreeMap<VehicleId, PreviousTarget>,
-    /// A plan without anything of its craft, and a schedule without visits, of all AUVs.
-    plan: Option<PreviousPlan>,
-    schedule: Option<Schedule>,
-}
-
-impl Memory {
-    fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
-        let mut memory = Self::default();
-        for plan in members.filter_map(|member| member.request.previous_plan.as_ref()) {
-            for target in plan.targets.iter().flatten() {
-                memory.targets.entry(target.id.clone()).or_insert_with(|| target.clone());
-            }
-            memory.plan.get_or_insert_with(|| PreviousPlan {
-                origin: plan.origin,
-                // When it was made; a trajectory that ends is followed by nobody.
-                trajectory: plan.trajectory.iter().take(1).copied().collect(),
-                ..PreviousPlan::default()
-            });
-            if let Some(schedule) = &plan.schedule {
-                let all = memory.schedule.get_or_insert_with(|| Schedule {
-                    visits: Vec::new(),
-                    costs: Vec::new(),
-                    alternatives: Vec::new(),
-                    ..schedule.clone()
-                });
-                all.remember(schedule);
-            }
-        }
-        memory
-    }
-
-    /// Gives it to a craft, beside its own.
-    fn give_to(&self, request: &mut PlanRequest) {
-        let Some(without_craft) = &self.plan else { return };
-        let plan = request.previous_plan.get_or_insert_with(|| without_craft.clone());
-        plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
-        match (&mut plan.schedule, &self.schedule) {
-            (Some(own), Some(all)) => own.remember(all),
-            (own, all) => own.clone_from(all),
-        }
-    }
-}
-
-impl Schedule {
-    /// Adds what `other` knows of AUVs that this one does not know.
-    fn remember(&mut self, other: &Self) {
-        if self.unit != other.unit {
-            return;
-        }
-        self.next_visited = self.next_visited.take().or_else(|| other.next_visited.clone());
-        let is_new = |id: &VehicleId| self.costs.iter().all(|known| known.auv != *id);
-        let new: Vec<_> = other.costs.iter().filter(|known| is_new(&known.auv)).cloned().collect();
-        self.costs.extend(new);
-        self.costs.truncate(AUVS_MAX);
-    }
-}
-
-/// The faults of a name at `place`.
-fn name_faults(place: &str, id: &VehicleId) -> Vec<FieldError> {
-    let mut faults = Vec::from_iter(FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
-    if id.0.chars().any(char::is_control) {
-        let detail = "a name has no control characters";
-        faults.push(FieldError::new(place, "control_character", detail).given(&*id.0));
-    }
-    faults
 }

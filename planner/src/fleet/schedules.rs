@@ -1,7 +1,6 @@
 //! The cost of a craft that visits AUVs: that of the best schedule of a short search.
 
 use crate::facts::visit::{Reduce, Visits};
-use crate::fleet::STRAIGHT_MOST;
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
 use crate::visit::fleet::{Candidate, Fleet, SchedulingParameters};
@@ -35,7 +34,7 @@ impl Schedules {
             horizon_min: least,
             horizon_max: most,
             horizon_tours: given.horizon_tours / n_craft,
-            straight_most: STRAIGHT_MOST,
+            straight_most: snapshot.tuned().fleet.straight_most,
             ..given.clone()
         };
         let memory = Memory::of(snapshot, visits);

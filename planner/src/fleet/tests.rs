@@ -1,5 +1,8 @@
 //! Assignments of whole fleets, and the search by a second route.
 
+use std::collections::BTreeMap;
+
+use nalgebra::Matrix2;
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
@@ -8,10 +11,12 @@ use super::assignment::Search;
 use super::slots::slots;
 use super::{Assignment, Fleet, Member};
 use crate::choose::plan::{Workspace, plan};
-use crate::facts::visit::{Reduce, Visits};
+use crate::facts::localise::Localise;
+use crate::facts::visit::{Fixes, Reduce, Visits};
 use crate::problem::parameters::Parameters;
 use crate::solve::stop::Stop;
 use crate::tests::prelude::*;
+use crate::tuned::FleetNumbers;
 use crate::visit::bound::least_cost_of;
 
 /// A drawn fleet, mirrored about the north axis if `mirror` is −1; names begin with `prefix`.
@@ -39,7 +44,13 @@ fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
         let asc = Asc::new(at, Heading::new(heading), 0.5);
         let mut request = PlanRequest::new(0.0, asc, auvs.clone(), goal.clone());
         request.limits = Some(Limits::MEDUSA.into());
-        Member { id: format!("{prefix}asc-{k}").as_str().into(), serves: None, place_before: 0, request }
+        Member {
+            id: format!("{prefix}asc-{k}").as_str().into(),
+            serves: None,
+            is_away: false,
+            place_before: 0,
+            request,
+        }
     };
     (0..n_craft).map(member).collect()
 }
@@ -91,7 +102,8 @@ fn no_schedules_of_several_craft_cost_less_than_their_bound() {
         let n = fleets[0].candidates.len();
         let cost = |craft: usize, set: u32| schedules[craft].cost(set, &|| false);
         let all = vec![u32::MAX >> (32 - n); fleets.len()];
-        let search = Search::new(n, all, (&cost, visits.reduce == Reduce::Max), &|| false);
+        let search =
+            Search::new(n, all, (&cost, visits.reduce == Reduce::Max), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![None; n], 0.0);
         assert!(bound <= found.cost * (1.0 + 1e-9), "{seed}: {bound} above {}", found.cost);
     }
@@ -115,7 +127,8 @@ fn the_search_finds_the_least_cost_of_all_assignments() {
         };
         let is_largest = rng.random_bool(0.3);
         let all = u32::MAX >> (32 - n);
-        let search = Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false);
+        let search =
+            Search::new(n, vec![all; n_craft], (&cost, is_largest), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![None; n], 0.0);
         let least = (0..n_craft.pow(u32::try_from(n).expect("is small")))
             .map(|mut digits| {
@@ -142,7 +155,7 @@ fn an_assignment_changes_for_one_that_is_a_fifth_better_or_more_right_after_a_ch
     for (other, age, is_kept) in [(8.4, 1e9, true), (8.2, 1e9, false), (8.2, 10.0, true), (6.0, 0.0, false)] {
         let cost =
             |craft: usize, set: u32| f64::from(set.count_ones()) * if craft == 0 { 10.0 } else { other };
-        let search = Search::new(1, vec![1, 1], (&cost, false), &|| false);
+        let search = Search::new(1, vec![1, 1], (&cost, false), &|| false, &FleetNumbers::DEFAULT);
         let found = search.best(&vec![Some(0)], age);
         assert_eq!((found.craft_of[0] == Some(0), found.kept), (is_kept, is_kept), "{other}");
     }
@@ -162,6 +175,7 @@ fn a_craft_that_takes_an_auv_over_knows_when_it_was_served() {
         Member {
             id: id.into(),
             serves: None,
+            is_away: false,
             place_before: 0,
             request: PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)),
         }
@@ -212,7 +226,7 @@ fn faults_of_a_fleet_name_its_fields() {
         let auv = &mut member.request.auvs[0];
         (auv.state, auv.reports) = (None, serde_json::from_value(range.clone()).ok());
     }
-    let faults = Fleet::faults(&members, &[]);
+    let faults = Member::faults(&members, &[]);
     let found: Vec<_> = faults.iter().map(|fault| format!("{} {}", fault.pointer, fault.code)).collect();
     let expected = [
         "/surface_craft/1/asc/speed_mps out_of_range",
@@ -225,4 +239,110 @@ fn faults_of_a_fleet_name_its_fields() {
     let mut once = found.clone();
     once.dedup();
     assert_eq!(once, expected);
+}
+
+#[test]
+fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
+    let members = |t_s: f64, before: &[PreviousPlan]| -> Vec<Member> {
+        let auv = |name: &str, north| Auv::new(name, moving(north, 0.0, 5.0, 0.0, 0.0));
+        // The second AUV has moved from the first craft to the other one.
+        let auvs = vec![auv("a", 100.0), auv("b", if t_s == 0.0 { 150.0 } else { -150.0 })];
+        let goal = Goal::Midpoint { auvs: vec!["a".into(), "b".into()] };
+        let member = |k: usize| {
+            let asc = Asc::new(Vector2::new([110.0, -110.0][k], 0.0), Heading::new(0.0), 0.0);
+            let mut request = PlanRequest::new(t_s, asc, auvs.clone(), goal.clone());
+            request.previous_plan = before.get(k).cloned();
+            let id = ["one", "two"][k].into();
+            let serves = (k == 1).then(|| vec!["b".into()]);
+            Member { id, serves, is_away: false, place_before: 0, request }
+        };
+        (0..2).map(member).collect()
+    };
+    let first = fleet(members(0.0, &[]), (None, &[])).handing_over(30.0);
+    let mut before = first.assign(&Parameters::default(), &Stop::never());
+    before.craft[0].auvs = vec!["a".into(), "b".into()];
+    before.craft[1].auvs.clear();
+    before.changed_s = -1e6;
+    let mut served = Vec::new();
+    for t_s in [100.0, 110.0, 129.0, 131.0] {
+        let fleet = fleet(members(t_s, &[]), (Some(&before), &[])).handing_over(30.0);
+        before = fleet.assign(&Parameters::default(), &Stop::never());
+        assert_eq!(parts(&before), [["a"], ["b"]]);
+        let goal = fleet.snapshot(0, &before, &[]).goal.goal.clone();
+        served.push(goal.vehicles().count());
+    }
+    assert_eq!(served, [2, 2, 2, 1]);
+}
+
+/// Root-mean-square error, m, that `n` craft leave to an AUV which only ranges to them fix, by a
+/// Kalman filter of its own, and the least distance between two of them, m.
+fn localised(seed: u64, n: usize) -> (f64, f64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut craft: Vec<(Vector2<f64>, f64)> = (0..n)
+        .map(|k| {
+            let place = Vector2::new(rng.random_range(-60.0..60.0), 100.0 * k as f64 - 50.0);
+            (place, rng.random_range(-3.0..3.0))
+        })
+        .collect();
+    let (mut previous, mut before) = (vec![None; n], None);
+    let (mut covariance, mut sum, growth) = (Matrix2::identity() * 100.0, 0.0, 0.05);
+    let (mut workspace, mut least, seconds) = (Workspace::default(), f64::INFINITY, 600);
+    for t in 0..seconds {
+        let goal = Goal::Localise(Localise {
+            auvs: vec!["a".into()],
+            fixes: Fixes::Range,
+            growth_m2ps: growth,
+            sigma_m: 1.0,
+            sigma_rad: 0.0,
+            interval_s: 10.0,
+            stand_off_m: 0.0,
+            weights: BTreeMap::new(),
+            reduce: Reduce::Mean,
+            costs_now: BTreeMap::new(),
+        });
+        let member = |k: usize| {
+            let asc = Asc::new(craft[k].0, Heading::new(craft[k].1), 1.0);
+            let auv = Auv::new("a", moving(0.0, 0.0, 8.0, 0.0, 0.0));
+            let mut request = PlanRequest::new(f64::from(t), asc, vec![auv], goal.clone());
+            request.limits = Some(Limits { speed_max: 1.2, ..Limits::MEDUSA }.into());
+            request.previous_plan = previous[k].clone();
+            let id = ["one", "two"][k].into();
+            Member { id, serves: None, is_away: false, place_before: 0, request }
+        };
+        let fleet = fleet((0..n).map(member).collect(), (before.as_ref(), &[]));
+        let assignment = fleet.assign(&Parameters::default(), &Stop::never());
+        assert!(parts(&assignment).iter().all(|auvs| *auvs == ["a"]), "{assignment:?}");
+        let parameters = Parameters::default();
+        let plans = fleet.plans(&assignment, |snapshot, _| plan(&snapshot, &parameters, &mut workspace));
+        for (k, planned) in plans.iter().enumerate() {
+            let asked = planned.reference.heading.radians();
+            let (place, heading) = &mut craft[k];
+            *heading += wrap(asked - *heading).clamp(-0.3, 0.3);
+            *place += direction(*heading) * planned.reference.speed;
+            previous[k] = Some(PreviousPlan::from(planned));
+        }
+        if let [one, two] = &craft[..] {
+            least = least.min((one.0 - two.0).norm());
+        }
+        before = Some(assignment);
+        covariance += Matrix2::identity() * growth;
+        for (place, _) in craft.iter().filter(|_| t % 10 == 0) {
+            let slope = place / place.norm().hypot(8.0);
+            let gain = covariance * slope / (slope.dot(&(covariance * slope)) + 1.0);
+            covariance -= gain * slope.transpose() * covariance;
+        }
+        if seconds / 2 <= t {
+            sum += covariance.trace() / f64::from(seconds / 2);
+        }
+    }
+    (sum.sqrt(), least)
+}
+
+/// At right angles all the time two craft would leave 1.243 m; five seeds of a quarter of an hour
+/// left 1.258 m. Locking them there was tried: evasions broke it up.
+#[test]
+fn a_spare_craft_localises_what_another_one_does_too() {
+    let ((alone, _), (together, least)) = (localised(1, 1), localised(1, 2));
+    assert!(together < 0.8 * alone, "{together} of {alone}");
+    assert!(32.5 < least, "{least}");
 }

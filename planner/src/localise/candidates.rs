@@ -56,7 +56,7 @@ impl Scene {
         let mut candidates = Vec::new();
         let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
         let largest = self.range_max.min(self.radius_max);
-        let radii = radii.filter(|radius| self.stand_off <= *radius && *radius <= largest);
+        let radii = radii.filter(|radius| self.radius_min <= *radius && *radius <= largest);
         // The largest that a visit allows is usually the best.
         let radii = radii.chain(Some(self.radius_max).filter(|radius| radius.is_finite()));
         if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {
@@ -128,7 +128,8 @@ impl Scene {
         let mut all = vec![paced(1.0)];
         if figure.kind != FigureKind::Above {
             let larger = NEIGHBOUR.min((self.radius_max / figure.size()).max(1.0));
-            all.extend([sized(larger), sized(1.0 / NEIGHBOUR), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
+            let smaller = NEIGHBOUR.recip().max((self.radius_min / figure.size()).min(1.0));
+            all.extend([sized(larger), sized(smaller), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
         }
         all
     }

@@ -49,7 +49,8 @@ pub(crate) struct Scene {
     pub(crate) interval: f64,
     pub(crate) stand_off: f64,
     pub(crate) range_max: f64,
-    /// Largest size of a figure, m.
+    /// Least and largest size of a figure, m.
+    pub(crate) radius_min: f64,
     pub(crate) radius_max: f64,
     /// From starboard to port, independent of names and order.
     pub(crate) members: Vec<Member>,
@@ -138,6 +139,7 @@ impl Scene {
             interval,
             stand_off: localise.stand_off_m,
             range_max: snapshot.range_max().unwrap_or(f64::INFINITY),
+            radius_min: localise.stand_off_m.max(snapshot.least_radius()),
             radius_max: f64::INFINITY,
             mean,
             speed,

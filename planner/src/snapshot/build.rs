@@ -54,6 +54,7 @@ pub struct Snapshot {
     cut_short: bool,
     of_others: Vec<VehicleId>,
     stands_by: bool,
+    least_radius: f64,
 }
 
 impl Snapshot {
@@ -107,20 +108,21 @@ impl Snapshot {
 
     /// The same moment for another craft of the fleet, that of a checked `request`. What is known of
     /// the AUVs and the no-go areas is shared.
-    pub(crate) fn beside(&self, request: PlanRequest) -> Self {
+    pub(crate) fn of_other_craft(&self, request: PlanRequest) -> Self {
         let known = (self.paths.clone(), self.estimates.clone());
         Self::of_estimates(request, known, self.shared_land(), &self.tuned, self.cut_short)
     }
 
     /// The moment for a craft with this `goal`, among further `vessels`, if other craft serve
-    /// `of_others`. Without a goal it stands by.
+    /// `of_others`. Its figures have at least that radius, m. Without a goal it stands by.
     pub(crate) fn part(
         &self,
         goal: Option<Goal>,
         vessels: impl Iterator<Item = Vessel>,
         of_others: Vec<VehicleId>,
+        least_radius: f64,
     ) -> Self {
-        let mut part = Self { of_others, stands_by: goal.is_none(), ..self.clone() };
+        let mut part = Self { of_others, stands_by: goal.is_none(), least_radius, ..self.clone() };
         let first = self.goal.goal.vehicles().next();
         let nothing = first.map(|auv| Goal::Track { auv: auv.clone() });
         part.request.goal.goal = goal.or(nothing).expect("a goal names an AUV");
@@ -157,6 +159,7 @@ impl Snapshot {
             cut_short,
             of_others: Vec::new(),
             stands_by: false,
+            least_radius: 0.0,
         }
     }
 
@@ -176,6 +179,11 @@ impl Snapshot {
     /// `true` if time did not suffice for all estimates.
     pub fn cut_short(&self) -> bool {
         self.cut_short
+    }
+
+    /// Least radius of a figure on which other craft localise the same AUVs, too, m.
+    pub(crate) fn least_radius(&self) -> f64 {
+        self.least_radius
     }
 
     /// `true` if the craft serves no AUV: its plan is a stop.

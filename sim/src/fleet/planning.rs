@@ -144,6 +144,7 @@ impl FleetPlanner {
         let members = alive.iter().zip(requests).map(|(number, own)| Member {
             id: id(number),
             serves: self.names[*number].1.clone(),
+            is_away: false,
             place_before: 0,
             request: PlanRequest {
                 asc: own.asc,
@@ -158,7 +159,8 @@ impl FleetPlanner {
             let is_gone = members.iter().all(|member| member.id != gone.id);
             let previous_plan = self.plans.get(&gone.id).cloned();
             let request = PlanRequest { previous_plan, ..leading.clone() };
-            is_gone.then(|| Member { id: gone.id.clone(), serves: None, place_before: 0, request })
+            let id = gone.id.clone();
+            is_gone.then(|| Member { id, serves: Some(vec![]), is_away: true, place_before: 0, request })
         });
         let gone: Vec<Member> = gone.collect();
         let refused = |faults: Vec<FieldError>| -> GuideError {

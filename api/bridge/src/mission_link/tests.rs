@@ -470,3 +470,60 @@ async fn of_each_vessel_the_newest_position_waits_within_the_ranges_of_the_api()
     assert_eq!(first, &expected);
     assert_eq!(link.status().clamped.to_string(), "vessel's length: 73, vessel's speed: 73");
 }
+
+#[tokio::test(start_paused = true)]
+async fn the_bridge_of_one_craft_of_a_fleet_reports_and_asks_for_that_one() {
+    let clock = Clock::simulated(0.0);
+    let (transport, calls) = service(&clock, |call| {
+        let (status, mut answer) = healthy(call);
+        if !is_for_plan(call) {
+            let own = json!({ "id": "two & a half", "limits": { "speed_max_mps": 0.7 } });
+            answer["setting"]["surface_craft"] = json!([{ "id": "one" }, own]);
+        }
+        (status, answer)
+    });
+    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
+    let client = client.of_craft(Some("two & a half".to_owned()));
+    let link = opened(&clock, client, MissionChoice::Joined("m-1".to_owned()));
+    noted_for(&clock, &link, 5).await;
+    let limits = link.status().setting.limits.flatten().expect("are those of the craft");
+    assert_eq!(limits.speed_max_mps, Some(0.7));
+    let calls = calls.lock();
+    let reports: Vec<_> =
+        calls.iter().filter(|(_, call)| is_report(call)).map(|(_, call)| body(call)).collect();
+    assert!(!reports.is_empty() && reports.iter().all(|body| body.contains(r#""craft":"two & a half""#)));
+    let mut asked = calls.iter().filter(|(_, call)| is_for_plan(call));
+    assert!(asked.all(|(_, call)| call.path.ends_with("&craft=two+%26+a+half")));
+}
+
+#[tokio::test(start_paused = true)]
+async fn bridges_that_create_their_mission_at_the_same_time_use_the_first() {
+    let clock = Clock::simulated(0.0);
+    // Between the search and the creation, another bridge has created the same mission.
+    let made = Mutex::new(false);
+    let setup = MissionChoice::named("craft".to_owned(), json!({}));
+    let MissionChoice::Named { digest, .. } = &setup else { panic!("is named") };
+    let metadata = json!({ "bridge": "craft", "bridge_setup": digest });
+    let (transport, calls) = service(&clock, move |call| {
+        let named = |id: &str| {
+            let mut mission = mission(id);
+            (mission["metadata"], mission["status"]) = (metadata.clone(), json!("created"));
+            mission
+        };
+        let is_creation = call.posted.is_some() && call.path == "/v1/missions";
+        *made.lock() |= is_creation;
+        let all = if *made.lock() { vec![named("m-1"), named("m-2")] } else { vec![] };
+        match call.path.contains("?after=") && !is_for_plan(call) {
+            true => (200, json!({ "missions": all })),
+            false if is_for_plan(call) => no_plan_yet(),
+            false => (200, named(if is_creation { "m-2" } else { "m-1" })),
+        }
+    });
+    let client = MissionClient::new(&["http://a".to_owned()], None, transport);
+    let link = opened(&clock, client, setup);
+    noted_for(&clock, &link, 5).await;
+    assert_eq!(link.status().mission.as_deref(), Some("m-1"));
+    let paths: Vec<_> = calls.lock().iter().map(|(_, call)| call.path.clone()).collect();
+    assert!(paths.contains(&"/v1/missions/m-2/finish".to_owned()), "{paths:?}");
+    assert!(!paths.contains(&"/v1/missions/m-2/run".to_owned()), "{paths:?}");
+}

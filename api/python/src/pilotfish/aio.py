@@ -267,23 +267,29 @@ class AsyncMission:
         notes: Sequence[types.Note] | None = None,
         steering: Sequence[types.Steering] | None = None,
         received_s: float | None = None,
+        craft: str | None = None,
         key: str | None = None,
     ) -> types.Accepted:
         """Reports fixes and states to a live mission. Returns when they are on the service's disk.
+
+        `craft` is the one of a fleet that they are from.
 
         Who steers the craft says so by `steering`, once a second: nobody else knows, and the page shows what was said.
         Each call has its own `key`. Give one to repeat a report that another process may have sent.
         """
         vehicles = {"auvs": auvs, "asc": asc, "traffic": traffic}
-        body = _without_none({**vehicles, "notes": notes, "steering": steering, "received_s": received_s})
+        said = {"notes": notes, "steering": steering, "received_s": received_s, "craft": craft}
+        body = _without_none({**vehicles, **said})
         return await self._ask(post(f"{self._path}/reports", body, key=key or new_key()))
 
-    async def reference(self, wait_s: float = 0.0, after: int | None = None) -> types.CurrentReference | None:
-        """The present reference, with the whole plan; None while there is no plan.
+    async def reference(
+        self, wait_s: float = 0.0, after: int | None = None, craft: str | None = None
+    ) -> types.CurrentReference | None:
+        """The present reference, with the whole plan; None while there is no plan. A fleet has one for each `craft`.
 
         Waits up to `wait_s`, at most 60 s, for a newer plan than the last, or than that of the event `after`.
         """
-        call = get(f"{self._path}/reference", wait_s=wait_s, after=after)
+        call = get(f"{self._path}/reference", wait_s=wait_s, after=after, craft=craft)
         try:
             reference: types.CurrentReference = await self._ask(replace(call, waits_s=wait_s))
         except Refused as refused:

@@ -93,6 +93,19 @@ class AscReport(TypedDict):
     t_s: float
 
 
+class Assigned(TypedDict):
+    """Who serves whom in a fleet, since `t_s`."""
+
+    # Who serves whom.
+    assignment: Assignment
+    # Craft that can serve nobody, and why.
+    away: NotRequired[dict[str, Away]]
+    # `true` if the deadline cut the search short: it cannot be repeated.
+    cut_short: NotRequired[bool]
+    # Time of the plans, on the mission's clock, s.
+    t_s: float
+
+
 class Assignment(TypedDict):
     """Which craft serves which AUVs."""
 
@@ -169,6 +182,10 @@ class Avoidance(TypedDict):
     sentence: str
     # Velocities of the vessels that may come near; the next request needs them in `previous_plan`.
     vessels: NotRequired[list[PastVessel]]
+
+
+# Why a craft of a fleet serves no AUV.
+Away: TypeAlias = Literal["silent", "person", "not_steering", "does_not_follow", "returning"]
 
 
 class Baseline(TypedDict):
@@ -318,10 +335,23 @@ class CraftPlan(TypedDict):
 
     # Its name.
     id: str
-    # Its plan, with those AUVs in `targets` that it serves; absent for a spare craft.
-    plan: NotRequired[PlanResponse | None]
-    # Reference to steer now: that of the plan, or a stop for a spare craft.
-    reference: Reference
+    # Its plan, with those AUVs in `targets` that it serves; of the method `hold`, a stop, for a spare craft.
+    plan: PlanResponse
+
+
+class CraftSummary(TypedDict):
+    """A surface craft of a fleet."""
+
+    # The AUVs that it serves.
+    auvs: list[str]
+    # Why it serves none, if it is unable to.
+    away: NotRequired[Away | None]
+    # Its name.
+    id: str
+    # Its last plan.
+    plan: NotRequired[PlanSummary | None]
+    # Last reported state of its steering.
+    steering: NotRequired[LastSteering | None]
 
 
 class Current(TypedDict):
@@ -338,7 +368,10 @@ class CurrentReference(TypedDict):
 
     # Its age, s on the mission's clock. Do not follow it after `plan.reference.valid_until_s`.
     age_s: float
-    # Times at which `asc` and the plan's AUVs were last heard, on the mission's clock, s.
+    # The craft of a fleet that it is for.
+    craft: NotRequired[str | None]
+    # Times at which the surface craft (`asc`, or the names of a fleet's) and AUVs were last heard, on the mission's
+    # clock, s.
     heard_s: NotRequired[dict[str, float]]
     # Delay of the plan after its due time, s.
     late_s: float
@@ -355,6 +388,9 @@ class CurrentReference(TypedDict):
     plan: PlanResponse
     # Number of the event that stored the plan.
     sequence: int
+    # Slots of the acoustic network of a fleet, one after the other: transmissions in one slot do not disturb each
+    # other.
+    slots: NotRequired[list[list[SlotUse]]]
     # The mission's status. Only a running mission makes new plans.
     status: Status
     # Time of the plan on the mission's clock, s.
@@ -925,6 +961,9 @@ class Live(TypedDict):
     origin: NotRequired[Origin | None]
     # Time between two plans, s. Default: 1. From 0.5 to 60.
     period_s: NotRequired[float]
+    # The surface craft of a fleet, 1 to 6 in the order of way, in place of `limits` and `craft`. Default: one craft
+    # without a name.
+    surface_craft: NotRequired[list[LiveCraft]]
     # Horizontal distance to keep from surfacing vehicles, as in a snapshot. From 0.5 to 100.
     surfacing_separation_m: NotRequired[float | None]
     # The planner's levers, as in a snapshot.
@@ -942,6 +981,19 @@ class LiveAuv(TypedDict):
     id: str
     # Its path, if known.
     path: NotRequired[Path | None]
+
+
+class LiveCraft(TypedDict):
+    """A surface craft of a fleet."""
+
+    # Its closed-loop response, as in a snapshot.
+    craft: NotRequired[Craft | None]
+    # Its name, unique among all vehicles of the mission, 1 to 64 bytes.
+    id: str
+    # Its limits, as in a snapshot.
+    limits: NotRequired[Limits | None]
+    # The AUVs that it may serve, such as those whose modem it has; with an empty list it stands by. Default: all.
+    serves: NotRequired[list[str] | None]
 
 
 class LocalisedVehicle(TypedDict):
@@ -1009,8 +1061,11 @@ class Mission(TypedDict):
     started_s: NotRequired[float | None]
     # Its status.
     status: Status
-    # Last reported state of a live mission's steering. None: no report since the start.
+    # Last reported state of a live mission's steering. None: no report since the start. Of a fleet, the worst of
+    # all craft.
     steering: NotRequired[LastSteering | None]
+    # The surface craft of a fleet.
+    surface_craft: NotRequired[list[CraftSummary]]
     # Time of its last plan: s since the start of a simulated mission, Unix time of a live one.
     t_s: float
     # Name for people.
@@ -1375,6 +1430,8 @@ class Planned(TypedDict):
 
     # SHA-256 of the answer's JSON, hexadecimal.
     answer_sha256: str
+    # The craft of a fleet that it is for.
+    craft: NotRequired[str | None]
     # The next plan's input from this one, if the deadline cut it short: it cannot be repeated.
     cut_short: NotRequired[PreviousPlan | None]
     # Time from when it was due to when it was made, s.
@@ -1818,6 +1875,9 @@ class Reports(TypedDict):
     asc: NotRequired[list[AscReport]]
     # Fixes and ranges, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
     auvs: NotRequired[dict[str, list[Report]]]
+    # The surface craft of a fleet that these reports are from: its `asc` and `steering`, and the ranges that it
+    # measured. Missions of one craft have none.
+    craft: NotRequired[str | None]
     # Events aboard for the mission's log, at most 64. No plan depends on them.
     notes: NotRequired[list[Note]]
     # Place of the datum, if the first of these fixes has set it. Written by the service.
@@ -1931,6 +1991,8 @@ class Scene(TypedDict):
     seed: NotRequired[int | None]
     # Start of the settled scores, such as `settled_rms_m`, s since a simulated mission's start.
     settled_after_s: NotRequired[float | None]
+    # The surface craft of a fleet.
+    surface_craft: NotRequired[list[str]]
 
 
 class SceneFault(TypedDict):
@@ -2100,6 +2162,9 @@ class Setting(TypedDict):
     # Paths of AUVs by name. Each replaces the AUV's path as a whole; `null` removes it. Other AUVs keep theirs. A
     # mission shows paths in its scene, not in its setting.
     paths: NotRequired[dict[str, ChangedPath]]
+    # The surface craft of a fleet, all of them: those that are left out are no longer in it. `null` is refused, and
+    # missions of one craft stay so.
+    surface_craft: NotRequired[list[LiveCraft]]
     # The planner's levers.
     tuning: NotRequired[Tuning | None]
     # Distance to keep from other vessels' sides, m. From 1 to 2000.
@@ -2251,7 +2316,7 @@ class TargetPoint(TypedDict):
 class TokenLimit(TypedDict):
     """Missions to which a token is limited: the named ones, and all of the named craft."""
 
-    # Names of craft, which missions have in `metadata.bridge`.
+    # Names of craft, which missions have in `metadata.bridge`, or fleets in `surface_craft`.
     craft: NotRequired[list[str]]
     # IDs of missions.
     missions: NotRequired[list[str]]
@@ -2581,9 +2646,17 @@ class EventReported(TypedDict):
 
 
 class EventPlanned(Planned):
-    """A plan was made from the reports so far."""
+    """A plan was made from the reports so far; in a fleet, one of its plans of that time."""
 
     kind: Literal["planned"]
+
+
+class EventAssigned(Assigned):
+    """With the plans before it, AUVs of a fleet were assigned anew, or a craft became unable to serve, or able
+    again.
+    """
+
+    kind: Literal["assigned"]
 
 
 class EventClockSet(TypedDict):
@@ -2622,6 +2695,7 @@ Event: TypeAlias = (
     " | EventChanged"
     " | EventReported"
     " | EventPlanned"
+    " | EventAssigned"
     " | EventClockSet"
     " | EventFinished"
     " | EventFailed"

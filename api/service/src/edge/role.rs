@@ -5,6 +5,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use utoipa::ToSchema;
+use wire::mission::Mission;
 
 /// Member of a mission's metadata that names its craft: `--name` of the bridge that created it.
 const CRAFT: &str = "bridge";
@@ -42,7 +43,7 @@ pub struct TokenLimit {
     /// IDs of missions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missions: Vec<String>,
-    /// Names of craft, which missions have in `metadata.bridge`.
+    /// Names of craft, which missions have in `metadata.bridge`, or fleets in `surface_craft`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub craft: Vec<String>,
 }
@@ -53,10 +54,27 @@ impl TokenLimit {
         self.missions.iter().any(|mission| mission == id)
     }
 
+    /// `true` if it names the mission, its craft, or one of its fleet: the caller may see it, and
+    /// report for that craft.
+    pub(crate) fn sees(&self, mission: &Mission) -> bool {
+        let fleet = mission.setting.iter().flat_map(|setting| &setting.surface_craft).flatten();
+        let mut fleet = fleet.map(|craft| &craft.id.0);
+        self.commands(mission) || fleet.any(|craft| self.names_craft(craft))
+    }
+
+    /// `true` if it names the mission, or its craft: the caller may also give it orders.
+    pub(crate) fn commands(&self, mission: &Mission) -> bool {
+        self.names(&mission.id) || self.names_craft_of(&mission.metadata)
+    }
+
+    pub(crate) fn names_craft(&self, craft: &str) -> bool {
+        self.craft.iter().any(|named| named == craft)
+    }
+
     /// `true` if it names the craft of the mission with this metadata.
     pub(crate) fn names_craft_of(&self, metadata: &Map<String, Value>) -> bool {
         let craft = metadata.get(CRAFT).and_then(Value::as_str);
-        craft.is_some_and(|craft| self.craft.iter().any(|named| named == craft))
+        craft.is_some_and(|craft| self.names_craft(craft))
     }
 }
 

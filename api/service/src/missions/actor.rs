@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clock::Clock;
+use planner::fleet::SlotUse;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TryRecvError;
@@ -17,6 +18,7 @@ use tokio::sync::{broadcast, oneshot, watch};
 use tracing::{Instrument as _, Span, error_span, info_span};
 
 use super::clock::MissionClock;
+use super::craft_state::CraftView;
 use super::event::{Event, StoredAnswer, json};
 use super::if_match::IfMatch;
 use super::memory::MEMORY;
@@ -29,7 +31,7 @@ use crate::limits::{EVENTS_BEHIND_MAX, MAILBOX};
 use crate::metrics::{Counted, Shed};
 use crate::planning::planners::Planners;
 use wire::{
-    Origin,
+    Origin, Outcome,
     mission::{Accepted, Live, Mission, Reports, Setting, Status, Steering},
 };
 
@@ -102,19 +104,41 @@ impl IdempotencyKey {
 #[derive(Clone, Debug)]
 pub(super) struct View {
     pub(super) mission: Arc<Mission>,
-    /// The last plan.
-    pub(super) plan: Option<Arc<StoredPlan>>,
+    /// The last plan of each craft.
+    pub(super) plans: Vec<Arc<StoredPlan>>,
+    /// The craft of a fleet.
+    pub(super) fleet: Vec<CraftView>,
     /// Vehicles whose recent reports the next plan needs and lacks.
     pub(super) waits_for: Vec<String>,
-    /// The last report of whether the craft is steered.
+    /// The last report of whether the craft is steered; of a fleet, the worst.
     pub(super) steering: Option<Steering>,
+    /// Slots of the acoustic network of a fleet, by its newest plans.
+    pub(super) slots: Vec<Vec<SlotUse>>,
     pub(super) missed: u64,
     /// Time when the last report was stored, or the service was started.
     pub(super) reported: Instant,
 }
 
+impl View {
+    /// The last plan of the craft of that name, or of the one of a mission of one.
+    pub(super) fn plan(&self, craft: Option<&str>) -> Option<&Arc<StoredPlan>> {
+        self.plans.iter().find(|plan| plan.craft.as_deref() == craft)
+    }
+}
+
+/// The plan that stands for all of these: a degraded one of the newest, or the first of them.
+pub(super) fn leading(plans: &[Arc<StoredPlan>]) -> Option<&Arc<StoredPlan>> {
+    let newest = plans.iter().map(|plan| plan.time).fold(f64::NEG_INFINITY, f64::max);
+    let newest = || plans.iter().filter(move |plan| plan.time == newest);
+    let is_degraded = |plan: &&Arc<StoredPlan>| plan.answer.answer.outcome == Outcome::Degraded;
+    newest().find(is_degraded).or_else(|| newest().next())
+}
+
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct StoredPlan {
+    /// The craft of a fleet that it is for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) craft: Option<String>,
     /// Number of the event that stored it.
     pub(super) sequence: u64,
     /// Its time on the mission's clock, s.
@@ -147,8 +171,24 @@ pub(super) struct Checkpoint<S = MissionState> {
     /// The state of a live mission.
     #[serde(rename = "known")]
     pub(super) state: Option<S>,
-    /// The last plan.
+    /// The last plan, that of the first craft of a fleet.
     pub(super) plan: Option<Arc<StoredPlan>>,
+    /// The last plans of a fleet's other craft.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) others: Vec<Arc<StoredPlan>>,
+}
+
+impl<S> Checkpoint<S> {
+    /// A mission's state with the last plans of its craft.
+    pub(super) fn new(state: Option<S>, plans: &[Arc<StoredPlan>]) -> Self {
+        let (plan, others) = plans.split_first().unzip();
+        Self { state, plan: plan.cloned(), others: others.unwrap_or_default().to_vec() }
+    }
+
+    /// The last plan of each craft.
+    pub(super) fn plans(&self) -> Vec<Arc<StoredPlan>> {
+        self.plan.iter().chain(&self.others).cloned().collect()
+    }
 }
 
 /// A handle to the actor of a mission. The actor ends when its last handle is dropped.
@@ -283,7 +323,7 @@ impl Context {
     pub(super) fn new(
         (number, mission): (u64, Mission),
         ownership: Ownership,
-        plan: Option<Arc<StoredPlan>>,
+        plans: Vec<Arc<StoredPlan>>,
         live: Option<(Arc<LiveMission>, QuotaPermit<Arc<str>>)>,
         store: EventStore,
         planners: Planners,
@@ -293,9 +333,11 @@ impl Context {
         let (requests_in, requests) = mpsc::channel(MAILBOX);
         let (view, view_out) = watch::channel(View {
             mission: Arc::clone(&mission),
-            plan,
+            plans,
+            fleet: vec![],
             waits_for: vec![],
             steering: None,
+            slots: vec![],
             missed: 0,
             reported: planners.clock.now(),
         });
@@ -460,9 +502,19 @@ impl Context {
         }
     }
 
-    fn show(&self, plan: Arc<StoredPlan>) {
+    /// These newest plans of craft, and the last ones of all others.
+    fn with_others(&self, mut newest: Vec<Arc<StoredPlan>>) -> Vec<Arc<StoredPlan>> {
+        let view = self.view.borrow();
+        let others = view.plans.iter().filter(|other| newest.iter().all(|new| new.craft != other.craft));
+        let others: Vec<_> = others.cloned().collect();
+        newest.extend(others);
+        newest
+    }
+
+    /// Shows the last plan of each craft.
+    fn show(&self, plans: Vec<Arc<StoredPlan>>) {
         self.view.send_modify(|view| {
-            view.plan = Some(plan);
+            view.plans = plans;
             view.waits_for.clear();
         });
     }
@@ -483,8 +535,8 @@ fn count(planners: &Planners, mission: &Mission) -> Option<Counted> {
 
 /// `true` for an event that changes a mission's setting or status.
 fn changes(event: &Event) -> bool {
-    use Event::{ClockSet, Planned, Reported};
-    !matches!(event, Reported { .. } | Planned(_) | ClockSet { .. })
+    use Event::{Assigned, ClockSet, Planned, Reported};
+    !matches!(event, Reported { .. } | Planned(_) | Assigned(_) | ClockSet { .. })
 }
 
 fn log(mission: &str, event: &Event) {
@@ -502,7 +554,7 @@ fn apply(mission: &mut Mission, event: &Event, state: Option<&MissionState>) {
         mission.revision = mission.sequence;
     }
     match event {
-        Event::Created { .. } | Event::ClockSet { .. } => {}
+        Event::Created { .. } | Event::ClockSet { .. } | Event::Assigned(_) => {}
         Event::Ran { at_s, speed_factor } => {
             mission.status = Status::Running;
             mission.started_s.get_or_insert(*at_s);

@@ -3,13 +3,14 @@
 use std::ops::RangeInclusive;
 
 use clock::Clock;
+use planner::fleet::{CRAFT_MAX, HAND_OVER, Member};
 use planner::{los::LawGains, snapshot::pointer_token};
 use serde_json::json;
 
 use super::clock::AHEAD_MAX;
 use super::simulation;
 use super::state::trial_request;
-use wire::mission::{Controller, Live, NewMission, Reports, Setting, Simulated};
+use wire::mission::{Controller, Live, LiveCraft, Mission, NewMission, Reports, Setting, Simulated};
 use wire::{FieldError, METADATA_BYTES_MAX, PlanRequest, Segment, check, shortened, unsupported_version};
 
 pub(crate) const TITLE_BYTES_MAX: usize = 200;
@@ -66,13 +67,73 @@ fn check_live(config: &Live) -> Vec<FieldError> {
         let detail = "is the name of the surface craft";
         errors.push(FieldError::new(format!("/live/auvs/{auv}/id"), "reserved", detail).given("asc"));
     }
-    if let Err(wrong) = check(&trial_request(config, 0.0)) {
+    if let Err(wrong) = trial(config, |_| {}) {
         errors.extend(wrong.into_iter().map(|mut error| {
             error.pointer.insert_str(0, "/live");
             error
         }));
     }
     errors
+}
+
+/// The faults of the mission of `config`, whose request `shorten` may shorten.
+fn trial(config: &Live, shorten: impl Fn(&mut PlanRequest)) -> Result<(), Vec<FieldError>> {
+    let outside = |hand_over: f64| FieldError::outside("/hand_over_s", hand_over, &HAND_OVER);
+    if let Some(fault) = config.hand_over_s.and_then(outside) {
+        return Err(vec![fault]);
+    }
+    if config.surface_craft.is_empty() {
+        let mut alone = trial_request((config, None), 0.0);
+        shorten(&mut alone);
+        return check(&alone);
+    }
+    let craft = &config.surface_craft;
+    if let Some(length) = FieldError::of_length("/surface_craft", craft.len(), &(1..=CRAFT_MAX), "items") {
+        return Err(vec![length]);
+    }
+    let mut errors = vec![];
+    for (member, is_given) in [("limits", config.limits.is_some()), ("craft", config.craft.is_some())] {
+        if is_given {
+            let detail = "each of `surface_craft` has its own: leave this one out";
+            errors.push(FieldError::new(format!("/{member}"), "contradicts", detail));
+        }
+    }
+    for (i, LiveCraft { id, .. }) in craft.iter().enumerate() {
+        let detail = "is the name of an AUV";
+        if config.auvs.iter().any(|auv| auv.id == id.0) {
+            errors.push(FieldError::new(format!("/surface_craft/{i}/id"), "duplicate", detail).given(&*id.0));
+        }
+    }
+    let members = craft.iter().map(|craft| {
+        let mut request = trial_request((config, Some(&craft.id.0)), 0.0);
+        shorten(&mut request);
+        Member {
+            id: craft.id.clone(),
+            serves: craft.serves.clone(),
+            is_away: false,
+            place_before: 0,
+            request,
+        }
+    });
+    errors.extend(Member::faults(&members.collect::<Vec<_>>(), &[]));
+    none(errors)
+}
+
+/// The fault of a call about `craft`, as code and detail: the mission has no such craft, or it has
+/// several and none is named.
+pub(crate) fn craft(mission: &Mission, craft: Option<&str>) -> Option<(&'static str, String)> {
+    let fleet = mission.setting.as_ref().and_then(|setting| setting.surface_craft.as_deref());
+    let known: Vec<&str> = fleet.unwrap_or_default().iter().map(|craft| &*craft.id.0).collect();
+    let all = known.join(", ");
+    match craft {
+        None if known.is_empty() => None,
+        None => Some(("missing", format!("the mission has several craft: name one of {all}"))),
+        Some(craft) if known.contains(&craft) => None,
+        Some(_) if known.is_empty() => {
+            Some(("unknown_craft", "the mission has one craft, without a name: leave this out".to_owned()))
+        }
+        Some(_) => Some(("unknown_craft", format!("the mission has no such craft, but {all}"))),
+    }
 }
 
 fn check_simulated(config: &Simulated) -> Vec<FieldError> {
@@ -178,27 +239,35 @@ pub(crate) fn patch(patch: &Setting) -> Result<(), Vec<FieldError>> {
     }
     none((*patch == Setting::default()).then(|| {
         let detail =
-            "give at least one of goal, limits, craft, tuning, keep_outs, no_go, area, vessel_separation_m, paths and origin";
+            "give at least one of goal, limits, craft, surface_craft, tuning, keep_outs, no_go, area, vessel_separation_m, paths and origin";
         let limit = json!({ "least": 1, "most": Setting::MEMBERS });
         FieldError::new("", "missing", detail).limit(limit)
     }))
 }
 
-/// The faults of a `patch` of the mission of `config` in any setting: AUVs that it does not have.
+/// The faults of a `patch` of the mission of `config` in any setting: AUVs that it does not have,
+/// and a fleet in place of one craft or the reverse.
 pub(crate) fn patch_of(config: &Live, patch: &Setting) -> Result<(), Vec<FieldError>> {
     let is_known = |id: &&String| config.auvs.iter().any(|auv| auv.id == **id);
     let unknown = patch.paths.keys().find(|id| !is_known(id));
-    none(unknown.map(|id| unknown_auv(config, "paths", id)))
+    let fleet =
+        patch.surface_craft.as_ref().filter(|fleet| fleet.is_empty() || config.surface_craft.is_empty());
+    let no_fleet = fleet.map(|fleet| {
+        let detail = "a fleet keeps at least one craft, and a mission of one craft has none by name: create another mission";
+        FieldError::new("/surface_craft", "contradicts", detail).given(fleet.len())
+    });
+    none(unknown.map(|id| unknown_auv(config, "paths", id)).into_iter().chain(no_fleet))
 }
 
 /// The faults of a mission whose setting `patch` changed to that of `config`, with pointers into
 /// the patch. `has_moved` is `true` if its origin was changed.
 pub(crate) fn changed(config: &Live, patch: &Setting, has_moved: bool) -> Result<(), Vec<FieldError>> {
-    let mut trial = trial_request(config, 0.0);
-    if !has_moved {
-        shorten(&mut trial, patch);
-    }
-    check(&trial).map_err(|mut errors| {
+    let checked = trial(config, |request| {
+        if !has_moved {
+            shorten(request, patch);
+        }
+    });
+    checked.map_err(|mut errors| {
         for error in &mut errors {
             for (i, auv) in config.auvs.iter().enumerate() {
                 let rest = error.pointer.strip_prefix(&format!("/auvs/{i}/path"));

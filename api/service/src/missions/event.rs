@@ -14,7 +14,8 @@ use super::own_craft::OwnCraft;
 use crate::planning::planners;
 use wire::{
     Answer, CraftFrame, Method, Origin, Outcome, PlanResponse, Prediction, PreviousPlan, Reference,
-    mission::{NewMission, Reports, Setting, Truth},
+    VehicleId,
+    mission::{Assigned, NewMission, Reports, Setting, Truth},
     sha256,
 };
 
@@ -58,8 +59,11 @@ pub enum Event {
         /// The reports.
         heard: Box<Reports>,
     },
-    /// A plan was made from the reports so far.
+    /// A plan was made from the reports so far; in a fleet, one of its plans of that time.
     Planned(Box<Planned>),
+    /// With the plans before it, AUVs of a fleet were assigned anew, or a craft became unable to
+    /// serve, or able again.
+    Assigned(Box<Assigned>),
     /// The service's clock was set while the mission was running.
     ClockSet {
         /// Time by the new clock.
@@ -84,6 +88,9 @@ pub enum Event {
 /// A plan, in short. The whole answer can be computed again from the events before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Planned {
+    /// The craft of a fleet that it is for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub craft: Option<String>,
     /// Time of the plan on the mission's clock, s.
     pub t_s: f64,
     /// Time from when it was due to when it was made, s.
@@ -115,41 +122,60 @@ pub struct Planned {
     pub prediction: Option<Box<Prediction>>,
 }
 
-/// The answer of a mission's plan. Unlike a request, a mission gives no metadata.
-pub(super) fn answer(made: &planners::Planned, origin: Option<Origin>) -> StoredAnswer {
-    let no_metadata = Map::new();
-    let answer = Answer::new(&made.snapshot, &made.plan, made.solve_time, &no_metadata);
-    answer.on_earth(origin).planned().into()
+/// The answer of a mission's plan, as it is stored and as the next plan needs it.
+#[derive(Debug)]
+pub(super) struct Written {
+    pub(super) answer: StoredAnswer,
+    prediction: Box<Prediction>,
+    /// The next plan's input from this one.
+    pub(super) previous: PreviousPlan,
 }
 
-/// The next plan's input from this one, its positions from `origin`.
-pub(super) fn previous(made: &planners::Planned, origin: Option<Origin>) -> PreviousPlan {
-    CraftFrame::previous_plan(&made.snapshot, &made.plan, origin)
-}
+impl Written {
+    /// The answer with positions from `origin` and those AUVs of which it `tells_of`. Unlike a
+    /// request, a mission gives no metadata.
+    pub(super) fn new(
+        made: &planners::Planned,
+        origin: Option<Origin>,
+        tells_of: impl Fn(&VehicleId) -> bool,
+    ) -> Self {
+        let no_metadata = Map::new();
+        let answer = Answer::new(&made.snapshot, &made.plan, made.solve_time, &no_metadata);
+        let mut answer = answer.on_earth(origin).planned();
+        let mut prediction = Prediction::of(&made.snapshot, &made.plan, &answer);
+        let mut previous = CraftFrame::previous_plan(&made.snapshot, &made.plan, origin);
+        answer.targets.retain(|target| tells_of(&target.id));
+        prediction.auvs.retain(|auv| tells_of(&auv.id.as_str().into()));
+        previous.targets.iter_mut().for_each(|targets| targets.retain(|target| tells_of(&target.id)));
+        Self { answer: answer.into(), prediction: Box::new(prediction), previous }
+    }
 
-/// The event of a plan at `time` on the mission's clock.
-pub(super) fn planned(
-    time: f64,
-    late: Duration,
-    made: &planners::Planned,
-    written: &StoredAnswer,
-) -> Planned {
-    let answer = &written.answer;
-    let plan = &made.plan;
-    let cut_short = plan.solver.deadline_hit || plan.degraded == Some(Degraded::Deadline);
-    Planned {
-        t_s: time,
-        late_s: late.as_secs_f64(),
-        solve_time_ns: u64::try_from(made.solve_time.as_nanos()).unwrap_or(u64::MAX),
-        outcome: answer.outcome,
-        method: answer.method,
-        reason: answer.reason.clone(),
-        reference: answer.reference,
-        answer_sha256: written.digest(),
-        cut_short: cut_short.then(|| Box::new(previous(made, answer.origin))),
-        own_craft: OwnCraft::default(),
-        truth: None,
-        prediction: Some(Box::new(Prediction::of(&made.snapshot, plan, answer))),
+    /// The event of the plan at `time` on the mission's clock, beside answer and next input.
+    pub(super) fn planned(
+        self,
+        time: f64,
+        late: Duration,
+        made: &planners::Planned,
+    ) -> (Planned, StoredAnswer, PreviousPlan) {
+        let answer = &self.answer.answer;
+        let plan = &made.plan;
+        let cut_short = plan.solver.deadline_hit || plan.degraded == Some(Degraded::Deadline);
+        let event = Planned {
+            craft: None,
+            t_s: time,
+            late_s: late.as_secs_f64(),
+            solve_time_ns: u64::try_from(made.solve_time.as_nanos()).unwrap_or(u64::MAX),
+            outcome: answer.outcome,
+            method: answer.method,
+            reason: answer.reason.clone(),
+            reference: answer.reference,
+            answer_sha256: self.answer.digest(),
+            cut_short: cut_short.then(|| Box::new(self.previous.clone())),
+            own_craft: OwnCraft::default(),
+            truth: None,
+            prediction: Some(self.prediction),
+        };
+        (event, self.answer, self.previous)
     }
 }
 
@@ -221,7 +247,7 @@ macro_rules! kinds {
     ($($variant:ident $name:literal)*) => {
         impl Event {
             /// The names of all kinds.
-            pub const KINDS: [&str; 9] = [$($name),*];
+            pub const KINDS: [&str; 10] = [$($name),*];
 
             /// The name of its kind.
             pub fn kind(&self) -> &'static str {
@@ -235,5 +261,5 @@ macro_rules! kinds {
 
 kinds! {
     Created "created" Ran "ran" Paused "paused" Changed "changed" Reported "reported" Planned "planned"
-    ClockSet "clock_set" Finished "finished" Failed "failed"
+    Assigned "assigned" ClockSet "clock_set" Finished "finished" Failed "failed"
 }

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use super::actor::{Checkpoint, LiveMission, StoredPlan};
+use super::actor::{Checkpoint, LiveMission, StoredPlan, leading};
 use super::clock::MissionClock;
+use super::craft_state::CraftView;
 use super::event::parsed;
 use super::registry::Missions;
 use super::simulation;
+use super::state::MissionState;
 use store::{EventReader, StoreError, StoredMission};
 
 use crate::edge::problem::Problem;
@@ -14,7 +16,7 @@ use crate::edge::role::TokenLimit;
 use crate::limits::LIST_BYTES_MAX;
 use crate::planning::pool::Priority;
 use clock::Clock;
-use wire::mission::{LastSteering, Mission, MissionList, PlanSummary, Status};
+use wire::mission::{CraftSummary, LastSteering, Mission, MissionList, PlanSummary, Status, Steering};
 
 impl Missions {
     /// Lists those of the `most` missions after number `after` that the caller's `limit` allows,
@@ -37,10 +39,8 @@ impl Missions {
         };
         let (known, stored, more) = self.read(page).await?;
         let missions = self.clone();
-        let is_within = move |Mission { id, metadata, .. }: &Mission| {
-            let named = |limit: &TokenLimit| limit.names(id) || limit.names_craft_of(metadata);
-            limit.as_ref().is_none_or(named)
-        };
+        let is_within =
+            move |mission: &Mission| limit.as_ref().is_none_or(|limit: &TokenLimit| limit.sees(mission));
         let list = move || {
             let all = stored.iter().zip(known);
             let listed = all.filter_map(|(stored, last)| missions.listed(stored, last));
@@ -62,8 +62,9 @@ impl Missions {
 
     /// The mission with its last plan and steering.
     fn with(&self, last: Option<LastValues>, mission: Mission) -> Mission {
-        let (plan, steering) = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
-        Mission { plan, steering, ..mission }
+        let last = last.or_else(|| self.last(&mission.id)).unwrap_or_default();
+        let LastValues { plan, steering, surface_craft } = last;
+        Mission { plan, steering, surface_craft, ..mission }
     }
 
     /// The last plan and steering of the mission `id`, if it is active.
@@ -76,12 +77,12 @@ impl Missions {
         let view = view.borrow();
         let (live, clock) = (live.as_deref(), self.clock());
         let now = live.map_or(view.mission.t_s, |live| live.clock.now(clock));
-        let plan = view.plan.as_ref();
-        let plan = plan.map(|plan| summary(plan, live, view.mission.t_s, view.waits_for.clone(), clock));
-        Some((plan, view.steering.as_ref().map(|said| said.at(now))))
+        let waits_for = &view.waits_for;
+        let summary = |plan: &StoredPlan| summary(plan, live, view.mission.t_s, waits_for.clone(), clock);
+        Some(LastValues::of((&view.plans, &view.fleet), view.steering.as_ref(), now, summary))
     }
 
-    /// LastValues values of a mission that runs at another service, from the store.
+    /// Those of a mission that runs at another service, from the store.
     fn stored_last(
         &self,
         reader: &EventReader,
@@ -95,17 +96,20 @@ impl Missions {
         let Some((_, body)) = body.filter(|_| mission.status == Status::Running) else {
             return Ok(None);
         };
-        let Checkpoint { state, plan }: Checkpoint = parsed(&body)?;
-        let (mut live, mut waits_for, mut steering) = (None, vec![], None);
-        if let Some(state) = &state {
+        let checkpoint: Checkpoint = parsed(&body)?;
+        let (mut live, mut waits_for, mut now) = (None, vec![], mission.t_s);
+        if let Some(state) = &checkpoint.state {
             let clock = MissionClock::new(mission.created_s, Some(state.config()));
-            let now = clock.now(self.clock());
-            (waits_for, steering) = (state.waits_for(now), state.steering().map(|said| said.at(now)));
-            let config = state.config().clone();
-            live = Some(LiveMission { config, clock });
+            now = clock.now(self.clock());
+            waits_for = state.waits_for(now);
+            live = Some(LiveMission { config: state.config().clone(), clock });
         }
-        let summary = |plan: Arc<_>| summary(&plan, live.as_ref(), mission.t_s, waits_for, self.clock());
-        Ok(Some((plan.map(summary), steering)))
+        let state = checkpoint.state.as_ref();
+        let fleet = state.map_or_else(Vec::new, |state| state.fleet_view(now));
+        let steering = state.and_then(MissionState::steering);
+        let summary =
+            |plan: &StoredPlan| summary(plan, live.as_ref(), mission.t_s, waits_for.clone(), self.clock());
+        Ok(Some(LastValues::of((&checkpoint.plans(), &fleet), steering, now, summary)))
     }
 
     pub(super) async fn find_with_plan(&self, id: &str) -> Result<Mission, Problem> {
@@ -122,8 +126,39 @@ impl Missions {
     }
 }
 
-/// The last plan, and the last report of whether the craft is steered.
-type LastValues = (Option<PlanSummary>, Option<LastSteering>);
+/// The last plan, the last report of whether the craft is steered, and both of each of a fleet.
+#[derive(Default)]
+struct LastValues {
+    plan: Option<PlanSummary>,
+    steering: Option<LastSteering>,
+    surface_craft: Vec<CraftSummary>,
+}
+
+impl LastValues {
+    /// The values at `now` on the mission's clock, s.
+    fn of(
+        (plans, fleet): (&[Arc<StoredPlan>], &[CraftView]),
+        steering: Option<&Steering>,
+        now: f64,
+        summary: impl Fn(&StoredPlan) -> PlanSummary,
+    ) -> Self {
+        let of_craft = |craft: &CraftView| {
+            let plan = plans.iter().find(|plan| plan.craft.as_ref() == Some(&craft.id));
+            CraftSummary {
+                id: craft.id.clone(),
+                auvs: craft.auvs.clone(),
+                away: craft.away,
+                plan: plan.map(|plan| summary(plan)),
+                steering: craft.steering.as_ref().map(|said| said.at(now)),
+            }
+        };
+        Self {
+            plan: leading(plans).map(|plan| summary(plan)),
+            steering: steering.map(|said| said.at(now)),
+            surface_craft: fleet.iter().map(of_craft).collect(),
+        }
+    }
+}
 
 /// A plan's entry in lists. A simulated mission's clock shows `now`.
 fn summary(

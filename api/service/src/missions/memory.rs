@@ -10,9 +10,13 @@ pub(super) const MEMORY: &str = "bytes of live missions in memory";
 const MISSION_BYTES: usize = 208 << 10;
 const AUV_BYTES: usize = 32 << 10;
 
+/// Memory of each craft of a fleet with its plan and its positions, bytes.
+const CRAFT_BYTES: usize = 64 << 10;
+
 /// Most bytes that a mission holds: its configuration as `created`, and as it is `now`.
 pub(super) fn bytes_of(created: &Live, now: &Live) -> usize {
-    MISSION_BYTES + now.auvs.len() * AUV_BYTES + path_bytes(created) + path_bytes(now)
+    let craft = now.surface_craft.len() * CRAFT_BYTES;
+    MISSION_BYTES + craft + now.auvs.len() * AUV_BYTES + path_bytes(created) + path_bytes(now)
 }
 
 fn path_bytes(config: &Live) -> usize {

@@ -66,6 +66,8 @@ impl OwnCraft {
 #[derive(Clone, Debug)]
 pub(super) struct Craft {
     pub(super) mission: Arc<Mission>,
+    /// Its name in a fleet.
+    pub(super) id: Option<String>,
     pub(super) origin: Origin,
     /// Its place on Earth.
     pub(super) place: Origin,
@@ -81,10 +83,11 @@ pub(super) struct Craft {
     pub(super) is_orderly: bool,
 }
 
-/// The craft with a place on Earth whose missions are active, by the missions' numbers.
+/// The craft with a place on Earth whose missions are active, by the missions' numbers and their
+/// order there.
 #[derive(Clone, Debug)]
 pub(super) struct Fleet {
-    craft: Arc<Mutex<BTreeMap<u64, Member>>>,
+    craft: Arc<Mutex<BTreeMap<(u64, usize), Member>>>,
     tokens: Option<Tokens>,
 }
 
@@ -115,7 +118,7 @@ impl Fleet {
     /// `true` if every caller that may see one mission may see the other.
     fn have_the_same_callers(&self, one: &Mission, other: &Mission) -> bool {
         let tokens = self.tokens.as_ref();
-        tokens.is_none_or(|tokens| tokens.permit_alike([one, other].map(|of| (&*of.id, &of.metadata))))
+        tokens.is_none_or(|tokens| tokens.permit_alike([one, other]))
     }
 }
 
@@ -135,13 +138,14 @@ impl Drop for Berth {
 impl Berth {
     /// Leaves the place empty.
     pub(super) fn leave(&self) {
-        self.fleet.craft.lock().remove(&self.number);
+        self.fleet.craft.lock().retain(|(number, _), _| *number != self.number);
     }
 
-    /// Shows the craft to the others at `now`, Unix time, s.
-    pub(super) fn show(&self, craft: Craft, now: f64) {
+    /// Shows the craft, one of the mission's by its `order`, to the others at `now`, Unix time, s.
+    pub(super) fn show(&self, order: usize, craft: Craft, now: f64) {
         let mut members = self.fleet.craft.lock();
-        let before = members.get(&self.number).map(|before| (before.since, before.until));
+        let key = (self.number, order);
+        let before = members.get(&key).map(|before| (before.since, before.until));
         // A craft that was never orderly does not have to become so again.
         let (since, until) = match before {
             Some((since, until)) if !craft.is_orderly || now <= until => (since, until),
@@ -149,7 +153,7 @@ impl Berth {
             _ => (f64::NEG_INFINITY, f64::NEG_INFINITY),
         };
         let until = if craft.is_orderly { now + GRACE + 3.0 * craft.period } else { until };
-        members.insert(self.number, Member { craft, since, until });
+        members.insert(key, Member { craft, since, until });
     }
 
     /// What the mission sees of the others at `now`, Unix time, s, with the vessels that were
@@ -161,24 +165,29 @@ impl Berth {
         before: &OwnCraft,
     ) -> OwnCraft {
         let members = self.fleet.craft.lock();
-        let Some(own) = members.get(&self.number) else {
+        let own = members.range((self.number, 0)..(self.number + 1, 0)).map(|(_, own)| own);
+        let Some(first) = own.clone().next() else {
             return OwnCraft::default();
         };
-        let near = members.iter().filter(|(number, other)| {
-            **number != self.number
-                && !are_of_one_bridge(&own.craft.mission, &other.craft.mission)
-                && are_near(&own.craft.place, &other.craft.place)
-                && self.fleet.have_the_same_callers(&own.craft.mission, &other.craft.mission)
+        let near = members.iter().filter(|((number, _), other)| {
+            *number != self.number
+                && !are_of_one_bridge(&first.craft.mission, &other.craft.mission)
+                && own.clone().any(|own| are_near(&own.craft.place, &other.craft.place))
+                && self.fleet.have_the_same_callers(&first.craft.mission, &other.craft.mission)
         });
-        let near: Vec<_> = near.map(|(number, member)| (*number, member.clone())).collect();
-        let (origin, here) = (own.craft.origin, own.craft.position);
+        // Reports tell of the craft of the same fleet, too.
+        let fleet =
+            members.iter().filter(|((number, _), own)| *number == self.number && own.craft.id.is_some());
+        let near: Vec<_> = near.chain(fleet).map(|(key, member)| (*key, member.clone())).collect();
+        let (origin, here) = (first.craft.origin, first.craft.position);
         drop(members);
         let mut seen: Vec<_> = near
             .into_iter()
-            .filter_map(|(number, member)| {
+            .filter_map(|((number, order), member)| {
                 let is_orderly = member.is_orderly(now);
-                let vessel = member.craft.seen_from(origin, number < self.number, is_orderly, now)?;
-                let is_hidden = self.number < number && is_orderly;
+                let vessel =
+                    member.craft.seen_from((origin, order), number < self.number, is_orderly, now)?;
+                let is_hidden = number == self.number || self.number < number && is_orderly;
                 Some(((vessel.position() - here).norm(), is_hidden, vessel))
             })
             .collect();
@@ -194,8 +203,15 @@ impl Berth {
 }
 
 impl Craft {
-    /// The craft as a vessel with positions from `origin`. One that `leads` has a plan.
-    fn seen_from(self, origin: Origin, leads: bool, is_orderly: bool, now: f64) -> Option<Vessel> {
+    /// The craft, by its order in its mission, as a vessel with positions from `origin`. One that
+    /// `leads` has a plan.
+    fn seen_from(
+        self,
+        (origin, order): (Origin, usize),
+        leads: bool,
+        is_orderly: bool,
+        now: f64,
+    ) -> Option<Vessel> {
         let straight = || {
             let end = now.max(self.t_s) + STRAIGHT;
             let [north, east] = (self.position + self.velocity * (end - self.t_s)).into();
@@ -207,8 +223,12 @@ impl Craft {
             false => vec![],
         };
         let name = self.mission.metadata.get("bridge").and_then(|name| name.as_str());
-        let name = name.unwrap_or(&self.mission.title);
-        let id = VehicleId(self.mission.id.clone());
+        let name = self.id.as_deref().or(name).unwrap_or(&self.mission.title);
+        let id = match self.id {
+            None => self.mission.id.clone(),
+            Some(_) => format!("{}/{order}", self.mission.id),
+        };
+        let id = VehicleId(id);
         let mut vessel = Vessel {
             name: Some(name.to_owned()).filter(|name| is_name(name)),
             ..Vessel::of_craft(id, self.t_s, self.position, self.velocity, plan)
@@ -277,6 +297,7 @@ mod tests {
     fn craft(name: &str, t_s: f64, is_orderly: bool) -> Craft {
         Craft {
             mission: mission(name),
+            id: None,
             origin: ORIGIN,
             place: ORIGIN,
             t_s,
@@ -297,29 +318,29 @@ mod tests {
     fn the_later_mission_sees_the_earlier_plan_and_the_earlier_one_only_a_craft_that_cannot_give_way() {
         let fleet = Fleet::new(None);
         let [earlier, later] = [fleet.place(3), fleet.place(7)];
-        earlier.show(craft("one", 100.0, true), 100.0);
-        later.show(craft("two", 100.0, false), 100.0);
+        earlier.show(0, craft("one", 100.0, true), 100.0);
+        later.show(0, craft("two", 100.0, false), 100.0);
         assert_eq!(seen(&earlier, 100.0), [("m-two".to_owned(), 0)]);
         assert_eq!(seen(&later, 100.0), [("m-one".to_owned(), 1)]);
-        later.show(craft("two", 101.0, true), 101.0);
+        later.show(0, craft("two", 101.0, true), 101.0);
         assert_eq!(seen(&earlier, 101.0), []);
         // Reports alone are no orderly plans.
-        later.show(craft("two", 108.0, false), 108.0);
+        later.show(0, craft("two", 108.0, false), 108.0);
         assert_eq!((seen(&earlier, 109.0).len(), seen(&earlier, 109.1).len()), (0, 1));
         // Orderly again, but not for long.
         for t in 110..=139 {
-            later.show(craft("two", f64::from(t), true), f64::from(t));
+            later.show(0, craft("two", f64::from(t), true), f64::from(t));
             assert_eq!(seen(&earlier, f64::from(t)).len(), 1, "{t}");
         }
-        later.show(craft("two", 140.0, true), 140.0);
+        later.show(0, craft("two", 140.0, true), 140.0);
         assert_eq!(seen(&earlier, 140.0), []);
         // The earlier one has not planned any more: it is taken to go straight on.
         let straight = &later.look(140.0, [].into_iter(), &OwnCraft::default()).vessels[0];
         assert_eq!(straight.plan, [[200.0, 130.0, 0.0]]);
         // Another mission of the same bridge has the same craft.
-        earlier.show(craft("two", 140.0, true), 140.0);
+        earlier.show(0, craft("two", 140.0, true), 140.0);
         assert_eq!(seen(&later, 140.0), []);
-        earlier.show(craft("one", 140.0, true), 140.0);
+        earlier.show(0, craft("one", 140.0, true), 140.0);
         assert_eq!(seen(&later, 140.0).len(), 1);
         earlier.leave();
         assert_eq!(seen(&later, 140.0), []);
@@ -329,9 +350,9 @@ mod tests {
     fn a_craft_that_ais_tells_of_too_counts_once_and_is_seen_from_the_other_origin() {
         let fleet = Fleet::new(None);
         let [earlier, later] = [fleet.place(3), fleet.place(7)];
-        earlier.show(craft("one", 100.0, true), 100.0);
+        earlier.show(0, craft("one", 100.0, true), 100.0);
         let north = Origin { lat_deg: 38.411, ..ORIGIN };
-        later.show(Craft { origin: north, ..craft("two", 100.0, true) }, 100.0);
+        later.show(0, Craft { origin: north, ..craft("two", 100.0, true) }, 100.0);
         let here = later.look(100.0, [].into_iter(), &OwnCraft::default()).vessels.remove(0);
         // A thousandth of a degree of latitude is 111 m here.
         assert!((here.north_m + 81.0).abs() < 0.1 && here.east_m.abs() < 0.1, "{here:?}");

@@ -16,7 +16,7 @@ use super::actor::IdempotencyKey;
 use super::event::{Event, json};
 use super::record::RecordFormat;
 use super::registry::Missions;
-use crate::edge::access::By;
+use crate::edge::access::{By, changes_nothing};
 use crate::edge::body::{Bodies, BodyBytes};
 use crate::edge::problem::Problem;
 use crate::edge::query::{out_of_range, wrong_parameter};
@@ -50,9 +50,15 @@ where
         let by = By::from_request_parts(parts, state).await?;
         if let (Some(limit), Some(missions)) = (by.limit(), Option::<Missions>::from_ref(state))
             && !limit.names(&id)
-            && !limit.names_craft_of(&missions.metadata(&id).await?)
         {
-            return Err(Problem::Limited(limit.clone()));
+            let mission = missions.known(&id).await?;
+            // A caller of one craft of a fleet reports for that one, and gives no orders to all.
+            let path = parts.uri.path();
+            let is_no_order = changes_nothing(&parts.method, path) || path.ends_with("/reports");
+            let may = limit.commands(&mission) || is_no_order && limit.sees(&mission);
+            if !may {
+                return Err(Problem::Limited(limit.clone()));
+            }
         }
         Ok(Self(id))
     }
@@ -170,6 +176,8 @@ pub(crate) struct AuditQuery {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ReferenceQuery {
+    /// The craft of a fleet. Missions of one craft take none.
+    pub(super) craft: Option<String>,
     /// Longest wait for a newer plan, s, at most 60. Default: 0.
     #[serde(default)]
     pub(super) wait_s: f64,

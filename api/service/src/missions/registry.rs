@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use clock::Clock;
 use parking_lot::{Mutex, MutexGuard};
-use serde_json::{Map, Value};
 use tokio::sync::{
     Mutex as AsyncMutex, Semaphore, broadcast::WeakSender, mpsc::error::TrySendError, oneshot,
 };
@@ -206,10 +205,10 @@ impl Missions {
             metadata: new.metadata.clone(),
             plan: None,
             steering: None,
+            surface_craft: vec![],
             id,
         };
-        let checkpoint =
-            new.live.clone().map(|live| Checkpoint { state: Some(MissionState::new(live)), plan: None });
+        let checkpoint = new.live.clone().map(|live| Checkpoint::new(Some(MissionState::new(live)), &[]));
         let event = Event::Created { at_s, mission: Box::new(new) };
         let append = Append {
             mission: mission.id.clone(),
@@ -260,11 +259,12 @@ impl Missions {
         Ok((stored.number, parsed(stored.summary()?)?))
     }
 
-    pub(super) async fn metadata(&self, id: &str) -> Result<Map<String, Value>, Problem> {
+    /// The mission `id` as it is now, or was stored last.
+    pub(super) async fn known(&self, id: &str) -> Result<Arc<Mission>, Problem> {
         let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
         match active {
-            Some(handle) => Ok(handle.view.borrow().mission.metadata.clone()),
-            None => Ok(self.find(id).await?.1.metadata),
+            Some(handle) => Ok(Arc::clone(&handle.view.borrow().mission)),
+            None => Ok(self.find(id).await?.1.into()),
         }
     }
 
@@ -404,7 +404,8 @@ impl Missions {
         let (number, id, owner) = (stored.number, stored.id, stored.owner);
         let (created_s, sequence) = (mission.created_s, mission.sequence);
         let folded = self.read(move |reader| fold(reader, number, created_s, sequence));
-        let (created, Checkpoint { state, plan }) = folded.await?;
+        let (created, checkpoint) = folded.await?;
+        let (plans, state) = (checkpoint.plans(), checkpoint.state);
         // Earlier versions did not store them here.
         if let Some(state) = &state {
             state.show_in(&mut mission);
@@ -446,7 +447,7 @@ impl Missions {
         let (store, planners) = (self.store.clone(), self.planners.clone());
         let (mission, held) = ((number, mission), live.clone().zip(memory));
         let berth = self.fleet.place(number);
-        let (context, handle) = Context::new(mission, ownership, plan, held, store, planners);
+        let (context, handle) = Context::new(mission, ownership, plans, held, store, planners);
         match (live, state, created.simulated) {
             (Some(live), Some(state), _) => drop(tokio::spawn(run(Live::new(context, live, state, berth)))),
             (None, None, Some(config)) => drop(tokio::spawn(run(Simulated::new(context, config)))),
@@ -549,8 +550,7 @@ fn fold(
 ) -> Result<(NewMission, Checkpoint), StoreError> {
     let created = created(reader, number)?;
     let Some((after, body)) = reader.snapshot(number)? else {
-        let (state, plan) = (None, None);
-        return Ok((created, Checkpoint { state, plan }));
+        return Ok((created, Checkpoint::new(None, &[])));
     };
     let mut checkpoint: Checkpoint = parsed(&body)?;
     // A simulated mission has no state to fold: its events are simulated again.

@@ -6,10 +6,13 @@ use clock::Clock;
 use planner::{
     parameters::Parameters,
     plan::{Workspace, plan},
+    stop::Stop,
 };
 
 use super::clock::MissionClock;
-use super::event::{Event, Planned, StoredAnswer, answer, created, parsed, previous};
+use super::craft_state::Left;
+use super::event::{Event, Planned, created, parsed};
+use super::facts::{CraftPlan, Facts};
 use super::simulation::Simulation;
 use super::state::MissionState;
 use store::{EventReader, StoreError};
@@ -44,7 +47,11 @@ pub fn replay(
     let created = created(reader, listed.number)?;
     let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {
-        (Some(config), _) => RepeatedMission::Live(Box::new(MissionState::new(config)), Box::default()),
+        (Some(config), _) => RepeatedMission::Live {
+            state: Box::new(MissionState::new(config)),
+            workspace: Box::default(),
+            tick: None,
+        },
         (None, Some(config)) => {
             let simulation = Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?;
             RepeatedMission::Simulated(Box::new(simulation), Box::default())
@@ -55,13 +62,23 @@ pub fn replay(
     reader.each(listed.number, 0, mission.sequence, &mut |stored| {
         replayed.events = stored.sequence;
         progress(stored.sequence, mission.sequence);
-        match (Event::read(stored)?, &mut run) {
-            (Event::Planned(planned), run) => match run.plan(&planned)? {
+        let event = Event::read(stored)?;
+        match (&event, &mut run) {
+            (Event::Planned(planned), run) => match run.plan(planned)? {
                 None => replayed.cut_short += 1,
-                Some(answer) if answer.digest() == planned.answer_sha256 => replayed.equal += 1,
+                Some(digest) if digest == planned.answer_sha256 => replayed.equal += 1,
                 Some(_) => replayed.different.push(stored.sequence),
             },
-            (event, RepeatedMission::Live(state, _)) => state.apply(&event, &clock),
+            (event, RepeatedMission::Live { state, tick, .. }) => {
+                if let Event::Assigned(logged) = event
+                    && !logged.cut_short
+                    && tick.as_ref().and_then(|tick| tick.facts.assigned()) != Some(logged)
+                {
+                    replayed.different.push(stored.sequence);
+                }
+                state.apply(event, &clock);
+                *tick = None;
+            }
             (_, RepeatedMission::Simulated(..)) => {}
         }
         Ok(())
@@ -70,39 +87,72 @@ pub fn replay(
 }
 
 enum RepeatedMission {
-    Live(Box<MissionState>, Box<Workspace>),
+    Live { state: Box<MissionState>, workspace: Box<Workspace>, tick: Option<Tick> },
     Simulated(Box<Simulation>, Box<Workspace>),
 }
 
+/// The plans of all craft at one time, of which those that are still to come are left.
+struct Tick {
+    facts: Facts,
+    time: f64,
+    plans: Vec<CraftPlan>,
+}
+
 impl RepeatedMission {
-    /// The repeated answer; `None` if a deadline cut it short.
-    fn plan(&mut self, logged: &Planned) -> Result<Option<StoredAnswer>, StoreError> {
+    /// The digest of the repeated answer; `None` if a deadline cut it short.
+    fn plan(&mut self, logged: &Planned) -> Result<Option<String>, StoreError> {
         match self {
-            Self::Live(state, workspace) => {
-                if let Some(previous) = &logged.cut_short {
-                    state.replace_previous_plan(Some(PreviousPlan::clone(previous)));
-                    return Ok(None);
+            Self::Live { state, workspace, tick } => {
+                if tick.as_ref().is_none_or(|tick| tick.time != logged.t_s || logged.craft.is_none()) {
+                    let new = Tick::new(state, logged, workspace)?;
+                    state.replace_absences(new.facts.absences());
+                    *tick = Some(new);
                 }
-                let damaged =
-                    |what: &str| StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s));
-                let snapshot = state
-                    .snapshot(logged.t_s, &logged.own_craft, &|| false)
-                    .ok_or_else(|| damaged("the events before it have too few reports"))?
-                    .map_err(|_| damaged("the events before it make no valid snapshot"))?;
-                let plan = plan(&snapshot, &Parameters::default(), workspace);
-                let made = planners::Planned {
-                    snapshot: snapshot.into(),
-                    plan,
-                    solve_time: Duration::from_nanos(logged.solve_time_ns),
-                };
-                state.replace_previous_plan(Some(previous(&made, state.origin())));
-                Ok(Some(answer(&made, state.origin())))
+                let tick = tick.as_mut().expect("was made just now");
+                let craft = tick.plans.iter().find(|craft| craft.id == logged.craft);
+                let craft =
+                    craft.ok_or_else(|| damaged(logged, "the events before it have no such craft"))?;
+                let written = tick.facts.written(craft, state.origin());
+                let digest = written.answer.digest();
+                let follows = written.answer.answer.craft_estimate.follows;
+                let follows = logged
+                    .cut_short
+                    .as_ref()
+                    .and(logged.prediction.as_ref())
+                    .map_or(follows, |of| of.craft.follows);
+                let previous =
+                    logged.cut_short.as_ref().map_or(written.previous, |cut| PreviousPlan::clone(cut));
+                if let Some(known) = state.craft_mut(logged.craft.as_deref()) {
+                    let strays = logged.craft.is_some() && !follows;
+                    known.replace_left(Left { previous_plan: Some(previous), strays });
+                }
+                Ok(logged.cut_short.is_none().then_some(digest))
             }
             Self::Simulated(simulation, workspace) => {
                 let ticked = simulation.tick(Some(logged), workspace);
                 let tick = ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
-                Ok(Some(tick.answer))
+                Ok(Some(tick.answer.digest()))
             }
         }
     }
+}
+
+impl Tick {
+    /// The plans of all craft at the time of the `logged` one, which is the first of them.
+    fn new(state: &MissionState, logged: &Planned, workspace: &mut Workspace) -> Result<Self, StoreError> {
+        let (parameters, never) = (Parameters::default(), |_| Stop::never());
+        let facts = Facts::of(state, (logged.t_s, &logged.own_craft), &parameters, &never)
+            .ok_or_else(|| damaged(logged, "the events before it have too few reports"))?
+            .map_err(|_| damaged(logged, "the events before it make no valid snapshot"))?;
+        let solve_time = Duration::from_nanos(logged.solve_time_ns);
+        let plans = facts.plans(|snapshot, _| {
+            let plan = plan(&snapshot, &parameters, workspace);
+            planners::Planned { snapshot, plan, solve_time }
+        });
+        Ok(Self { facts, time: logged.t_s, plans })
+    }
+}
+
+fn damaged(logged: &Planned, what: &str) -> StoreError {
+    StoreError::Damaged(format!("the plan at {} s: {what}", logged.t_s))
 }

@@ -1,6 +1,6 @@
 //! The HTTP calls of missions.
 
-use std::{collections::BTreeMap, time::Duration};
+use std::{collections::BTreeMap, sync::Arc, time::Duration};
 
 use axum::Json;
 use axum::extract::{FromRef, FromRequestParts, State};
@@ -244,7 +244,7 @@ pub(crate) async fn step_mission(
 /// the faults of the others. Without an origin, the first accepted position on Earth becomes it.
 fn read_reports(
     body: Body<'_>,
-    live: &LiveMission,
+    (live, mission): (&LiveMission, &Mission),
     origin: Option<Origin>,
     clock: &Clock,
 ) -> Result<Reports, Problem> {
@@ -252,6 +252,11 @@ fn read_reports(
     let faults = |one: &Reports| check::report(&live.config, one, now);
     let (mut reports, rejected) = wire::read_reports(body, origin, faults)?;
     check::received(reports.received_s, now).map_err(Problem::Invalid)?;
+    if let Some((code, detail)) = check::craft(mission, reports.craft.as_deref())
+        && (reports.craft.is_some() || reports.are_of_a_craft())
+    {
+        return Err(Problem::Invalid(vec![FieldError::new("/craft", code, detail)]));
+    }
     if reports.is_empty() && !rejected.is_empty() {
         return Err(Problem::Invalid(rejected.concat()));
     }
@@ -287,19 +292,26 @@ pub(crate) async fn post_reports(
     // Looked up first: bodies of existing missions only are read at a mission's priority.
     let handle = missions.handle(&id).await?;
     let live = handle.live.ok_or_else(|| Problem::conflict(NO_REPORTS))?;
-    let origin = handle.view.borrow().mission.origin;
+    let mission = Arc::clone(&handle.view.borrow().mission);
+    let origin = mission.origin;
     let bytes = body.bytes.len();
     let clock = missions.clock().clone();
+    let limit = by.limit().filter(|limit| !limit.commands(&mission)).cloned();
     let read = move || {
         let posted = Body::parse(&body.bytes);
         // Equal for equal requests, even if fewer reports are acceptable by now.
         let key = key.of(&by, "reports", &posted.as_ref().ok())?;
         let reports = posted.map_err(Problem::from);
-        let reports = reports.and_then(|posted| read_reports(posted, &live, origin, &clock));
+        let reports = reports.and_then(|posted| read_reports(posted, (&live, &mission), origin, &clock));
         Ok::<_, Problem>((reports, key))
     };
     let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
     let (reports, key) = read.await??;
+    if let (Some(limit), Ok(reports)) = (limit, &reports)
+        && !reports.craft.as_ref().is_some_and(|craft| limit.names_craft(craft))
+    {
+        return Err(Problem::Limited(limit));
+    }
     Ok(as_json(missions.report(&id, reports, origin, key).await?))
 }
 
@@ -309,7 +321,7 @@ pub(crate) async fn post_reports(
 pub(crate) async fn get_reference(
     missions: Missions,
     MissionId(id): MissionId,
-    ValidQuery(ReferenceQuery { wait_s, after }): ValidQuery<ReferenceQuery>,
+    ValidQuery(ReferenceQuery { craft, wait_s, after }): ValidQuery<ReferenceQuery>,
 ) -> Result<Json<CurrentReference>, Problem> {
     if !(0.0..=WAIT_MAX).contains(&wait_s) {
         return Err(out_of_range("wait_s", wait_s, 0, WAIT_MAX));
@@ -317,8 +329,11 @@ pub(crate) async fn get_reference(
     // The rest of the handle is dropped at once: its way to the actor would keep that from
     // stopping.
     let Handle { mut view, mut live, .. } = missions.handle(&id).await?;
+    if let Some((code, detail)) = check::craft(&view.borrow().mission, craft.as_deref()) {
+        return Err(wrong_parameter("craft", code, detail));
+    }
     if 0.0 < wait_s {
-        let newest = |view: &View| view.plan.as_ref().map_or(0, |plan| plan.sequence);
+        let newest = |view: &View| view.plan(craft.as_deref()).map_or(0, |plan| plan.sequence);
         let after = after.unwrap_or_else(|| newest(&view.borrow()));
         let end = missions.clock().now() + Duration::from_secs_f64(wait_s);
         // After a newer plan, the time limit or the mission's end, the newest plan is the answer.
@@ -330,11 +345,12 @@ pub(crate) async fn get_reference(
         }
     }
     let view = view.borrow().clone();
-    let Some(plan) = view.plan else {
+    let Some(plan) = view.plan(craft.as_deref()).cloned() else {
         return Err(Problem::NoPlanYet(view.waits_for));
     };
     Ok(Json(CurrentReference {
         mission: id,
+        craft,
         status: view.mission.status,
         sequence: plan.sequence,
         t_s: plan.time,
@@ -344,6 +360,7 @@ pub(crate) async fn get_reference(
         method: plan.answer.answer.method,
         heard_s: plan.heard.clone(),
         waits_for: view.waits_for,
+        slots: view.slots,
         missed: view.missed,
         plan: plan.answer.answer.clone(),
     }))

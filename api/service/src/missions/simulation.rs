@@ -17,7 +17,7 @@ use sim::guide::{Guidance, Guide as _, GuideError, LosGuide};
 use sim::record::{Row, VesselRow};
 use sim::scenario::{Files, Scenario};
 
-use super::event::{Planned, StoredAnswer, answer, planned};
+use super::event::{Planned, StoredAnswer, Written};
 use crate::planning::planners;
 use wire::mission::{Simulated, TrueVehicle, TrueVessel, Truth};
 
@@ -119,8 +119,8 @@ impl Simulation {
             solve_time: None,
         };
         let origin = self.mission.record().origin;
-        let answer = answer(&made, origin.map(wire::Origin::from));
-        let mut planned = planned(time, Duration::ZERO, &made, &answer);
+        let written = Written::new(&made, origin.map(wire::Origin::from), |_| true);
+        let (mut planned, answer, _) = written.planned(time, Duration::ZERO, &made);
         self.mission.step(Some((&seen, guidance)));
         let rows = self.mission.take_rows();
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids, &self.vessel_ids)).map(Box::new);

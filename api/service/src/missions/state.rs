@@ -1,27 +1,22 @@
 //! The state of a live mission: the fold of its events, and the resulting planner request.
 
-use std::{collections::BTreeMap, mem};
+use std::collections::BTreeMap;
 
 use planner::angle::Heading;
+use planner::fleet::Member;
 use planner::nalgebra::Vector2;
-use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, Snapshot, pointer_token};
+use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, pointer_token};
+use planner::vessel::is_lost;
 use serde::{Deserialize, Serialize};
 
 use super::clock::{MissionClock, is_ahead};
+use super::craft_state::{Absence, CraftNow, CraftState, CraftView, position_at};
 use super::{event::Event, own_craft::OwnCraft, traffic::Traffic};
 use wire::{
-    Asc, Auv, CraftFrame, DatumChange, DeclaredLimits, FieldError, Origin, PlanRequest, PreviousPlan, Report,
-    Task, VehicleId,
-    mission::{AscReport, Live, LiveAuv, Mission, Reports, Setting, Steering},
+    Asc, Auv, CraftDescription, DatumChange, DeclaredLimits, FieldError, FleetRequest, Origin, PlanRequest,
+    PreviousPlan, Report, VehicleId, Vessel,
+    mission::{Assigned, Away, Live, LiveAuv, LiveCraft, Mission, Reports, Setting, Steering, SteeringState},
 };
-
-/// Longest extrapolation of the surface craft's last state by its velocity, s. After that its
-/// position is unknown, and no plan is made.
-pub(super) const ASC_AGE_MAX: f64 = 10.0;
-
-/// Greatest age of a surface craft's state from which the planner learns, s. An extrapolated state
-/// keeps heading and speed despite references, as if rudder or thruster had no effect.
-const LEARNT_AGE_MAX: f64 = 2.0;
 
 /// The planner's request without its time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,30 +24,42 @@ pub(super) struct MissionState {
     config: Live,
     /// The newest reports of each vehicle, in order of time.
     reports: BTreeMap<String, Vec<Report>>,
-    asc: Option<AscReport>,
-    /// Newest positions of the surface craft: time, s, north and east, m. They place its ranges.
-    #[serde(default)]
-    craft_track: Vec<[f64; 3]>,
+    /// The craft of a mission that has one, without a name.
+    #[serde(flatten)]
+    alone: CraftState,
+    /// The craft of a fleet, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    fleet: BTreeMap<String, CraftState>,
+    /// The last change of who serves whom in a fleet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    assigned: Option<Box<Assigned>>,
     #[serde(default)]
     traffic: Traffic,
-    /// The last report of whether the craft is steered. No plan depends on it.
-    #[serde(default)]
-    steering: Option<Steering>,
-    previous_plan: Option<PreviousPlan>,
 }
+
+/// Who is away from a fleet, and the absence of each craft after that.
+#[derive(Debug, Default)]
+pub(super) struct Absences {
+    pub(super) away: BTreeMap<String, Away>,
+    pub(super) after: AbsenceOf,
+}
+
+pub(super) type AbsenceOf = BTreeMap<String, Option<Absence>>;
 
 impl MissionState {
     pub(super) fn new(config: Live) -> Self {
-        let craft_track = Vec::new();
+        let fleet = config.surface_craft.iter().map(|craft| (craft.id.0.clone(), CraftState::default()));
+        let (fleet, alone) = (fleet.collect(), CraftState::default());
         let (reports, traffic) = (BTreeMap::new(), Traffic::default());
-        Self { config, reports, asc: None, craft_track, traffic, steering: None, previous_plan: None }
+        Self { config, reports, alone, fleet, assigned: None, traffic }
     }
 
-    /// Applies an event. Only reports and changes of the setting change the state.
+    /// Applies an event. Only reports, assignments and changes of the setting change the state.
     pub(super) fn apply(&mut self, event: &Event, clock: &MissionClock) {
         match event {
             Event::Reported { heard, at_s } => self.take_reports(heard, clock.at(*at_s)),
             Event::Changed { setting, .. } => self.change(setting),
+            Event::Assigned(assigned) => drop(self.replace_assigned(Some(assigned.clone()))),
             Event::Created { .. }
             | Event::Ran { .. }
             | Event::Paused { .. }
@@ -61,6 +68,45 @@ impl MissionState {
             | Event::Finished { .. }
             | Event::Failed { .. } => {}
         }
+    }
+
+    /// Takes who serves whom, and returns who did before.
+    pub(super) fn replace_assigned(&mut self, assigned: Option<Box<Assigned>>) -> Option<Box<Assigned>> {
+        std::mem::replace(&mut self.assigned, assigned)
+    }
+
+    /// `true` if the mission is that of a fleet.
+    pub(super) fn is_of_fleet(&self) -> bool {
+        !self.config.surface_craft.is_empty()
+    }
+
+    /// The craft in the order of way, with the names of a fleet's.
+    pub(super) fn each_craft(&self) -> impl Iterator<Item = (Option<&str>, &CraftState)> {
+        let alone = (!self.is_of_fleet()).then_some((None, &self.alone));
+        let names = self.config.surface_craft.iter().map(|craft| &*craft.id.0);
+        let fleet = names.filter_map(|id| Some((Some(id), self.fleet.get(id)?)));
+        alone.into_iter().chain(fleet)
+    }
+
+    /// The craft of that name, or the one of a mission of one.
+    pub(super) fn craft(&self, id: Option<&str>) -> Option<&CraftState> {
+        id.map_or(Some(&self.alone), |id| self.fleet.get(id))
+    }
+
+    pub(super) fn craft_mut(&mut self, id: Option<&str>) -> Option<&mut CraftState> {
+        match id {
+            None => Some(&mut self.alone),
+            Some(id) => self.fleet.get_mut(id),
+        }
+    }
+
+    fn all_craft_mut(&mut self) -> impl Iterator<Item = &mut CraftState> {
+        [&mut self.alone].into_iter().chain(self.fleet.values_mut())
+    }
+
+    /// The last change of who serves whom in a fleet.
+    pub(super) fn assigned(&self) -> Option<&Assigned> {
+        self.assigned.as_deref()
     }
 
     /// The position of the datum, if known.
@@ -72,7 +118,8 @@ impl MissionState {
     pub(super) fn may_begin(&self) -> bool {
         let config = &self.config;
         let no_vessel = self.traffic.is_empty();
-        let nothing_heard = self.asc.is_none() && no_vessel && self.reports.values().all(Vec::is_empty);
+        let no_craft = self.each_craft().all(|(_, craft)| craft.asc.is_none());
+        let nothing_heard = no_craft && no_vessel && self.reports.values().all(Vec::is_empty);
         let no_path = config.auvs.iter().all(|auv| auv.path.is_none());
         let no_bounds = config.keep_outs.is_empty() && config.no_go.is_empty() && config.area.is_empty();
         config.origin.is_none() && nothing_heard && no_bounds && no_path
@@ -97,24 +144,28 @@ impl MissionState {
         if let Some(origin) = setting.origin.flatten() {
             self.count_from(origin);
         }
-        let mut replaced = setting.clone();
-        replaced.exchange_with(&mut self.config);
-        let Some(plan) = &mut self.previous_plan else {
-            return;
-        };
-        let config = &self.config;
-        let follows_another = |before: &Task| before.goal != config.goal.goal;
-        if replaced.goal.as_ref().is_some_and(follows_another) {
-            plan.goal_course_rad = None;
-        }
-        let is_another_craft = replaced.craft.is_some_and(|before| before != config.craft);
-        let lag = |limits: Option<&DeclaredLimits>| limits.and_then(|limits| limits.surge_lag_s);
-        let has_another_lag = |before: Option<_>| lag(before.as_ref()) != lag(config.limits.as_ref());
-        let has_another_lag = replaced.limits.is_some_and(has_another_lag);
-        if (is_another_craft || has_another_lag)
-            && let Some(craft) = &mut plan.craft_estimate
-        {
-            craft.memory.clear();
+        let before = self.config.clone();
+        setting.clone().exchange_with(&mut self.config);
+        let names = self.config.surface_craft.iter().map(|craft| craft.id.0.clone());
+        let mut known = std::mem::take(&mut self.fleet);
+        self.fleet = names.map(|id| (id.clone(), known.remove(&id).unwrap_or_default())).collect();
+        let Self { config, alone, fleet, .. } = self;
+        let craft =
+            [(None, alone)].into_iter().chain(fleet.iter_mut().map(|(id, craft)| (Some(&**id), craft)));
+        for (id, craft) in craft {
+            let Some(plan) = &mut craft.previous_plan else { continue };
+            if before.goal.goal != config.goal.goal {
+                plan.goal_course_rad = None;
+            }
+            let described = |config: &Live| {
+                let (limits, craft) = of_craft(config, id);
+                (limits.and_then(|limits| limits.surge_lag_s), craft.cloned())
+            };
+            if described(&before) != described(config)
+                && let Some(craft) = &mut plan.craft_estimate
+            {
+                craft.memory.clear();
+            }
         }
     }
 
@@ -132,19 +183,8 @@ impl MissionState {
             }
             fixes.retain(|fix| is_near(fix.position().x, fix.position().y));
         }
-        for [_, north, east] in &mut self.craft_track {
-            change.position(north, east);
-        }
         self.traffic.count_from(|north, east| change.position(north, east), is_near);
-        if let Some(AscReport { state, .. }) = &mut self.asc {
-            change.position(&mut state.north_m, &mut state.east_m);
-        }
-        let is_far = |asc: &mut AscReport| !is_near(asc.state.north_m, asc.state.east_m);
-        self.asc.take_if(is_far);
-        if let Some(plan) = &mut self.previous_plan {
-            plan.origin = plan.origin.and(Some(origin));
-            plan.move_positions(|position| change.moved(&position));
-        }
+        self.all_craft_mut().for_each(|craft| craft.count_from(origin, &change, is_near));
     }
 
     /// Adds reports at `now` on the mission's clock, s. Keeps the newest 64 distinct fixes of each
@@ -153,10 +193,8 @@ impl MissionState {
         for kept in self.reports.values_mut() {
             kept.retain(|fix| !is_ahead(fix.t_s, now));
         }
-        self.asc.take_if(|asc| is_ahead(asc.t_s, now));
+        self.all_craft_mut().for_each(|craft| craft.forget_after(now));
         self.config.origin = self.config.origin.or(heard.origin);
-        self.craft_track = self.craft_track_with(heard);
-        self.craft_track.retain(|[then, ..]| !is_ahead(*then, now));
         for (id, fixes) in &heard.auvs {
             let kept = self.reports.entry(id.clone()).or_default();
             for fix in fixes {
@@ -170,33 +208,19 @@ impl MissionState {
             let surplus = kept.len().saturating_sub(REPORTS_MAX);
             kept.drain(..surplus);
         }
-        let newest = heard.asc.iter().max_by(|a, b| a.t_s.total_cmp(&b.t_s));
-        if let Some(newest) = newest
-            && self.asc.as_ref().is_none_or(|known| known.t_s < newest.t_s)
-        {
-            self.asc = Some(newest.clone());
+        if let Some(craft) = self.craft_mut(heard.craft.as_deref()) {
+            craft.take(heard);
         }
-        let here = self.asc.as_ref().map(|asc| asc.state.position());
+        let here =
+            self.each_craft().find_map(|(_, craft)| craft.asc.as_ref()).map(|asc| asc.state.position());
         self.traffic.take(&heard.traffic, now, here);
-        self.steering.take_if(|said| is_ahead(said.t_s, now));
-        let said = self.steering.iter().chain(&heard.steering);
-        self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
-    }
-
-    /// The craft's newest positions with those in `heard`, in order of time.
-    fn craft_track_with(&self, heard: &Reports) -> Vec<[f64; 3]> {
-        let states = heard.asc.iter().map(|asc| [asc.t_s, asc.state.north_m, asc.state.east_m]);
-        let mut track: Vec<_> = self.craft_track.iter().copied().chain(states).collect();
-        track.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        track.dedup_by(|later, earlier| later[0] == earlier[0]);
-        track.drain(..track.len().saturating_sub(REPORTS_MAX));
-        track
     }
 
     /// Says of each range without `from` where the craft was then, and rejects those of times of
     /// which no state of the craft within 2 s is known.
     pub(super) fn place_ranges(&self, heard: &mut Reports) {
-        let track = self.craft_track_with(heard);
+        let craft = self.craft(heard.craft.as_deref());
+        let track = craft.map_or_else(Vec::new, |craft| craft.track_with(heard));
         for (id, fixes) in &mut heard.auvs {
             fixes.retain_mut(|fix| {
                 if fix.range_m.is_some() && fix.from.is_none() {
@@ -222,32 +246,19 @@ impl MissionState {
         &self.traffic
     }
 
-    pub(super) fn asc(&self) -> Option<&AscReport> {
-        self.asc.as_ref()
-    }
-
-    /// Velocity of the craft over ground (north, east), m/s.
-    pub(super) fn velocity(&self) -> Option<Vector2<f64>> {
-        let plan = self.previous_plan.as_ref();
-        self.asc.as_ref().map(|asc| over_ground(&asc.state, plan))
-    }
-
+    /// The last report of whether the craft is steered; of a fleet, the worst.
     pub(super) fn steering(&self) -> Option<&Steering> {
-        self.steering.as_ref()
+        let said = self.each_craft().filter_map(|(_, craft)| craft.steering.as_ref());
+        said.max_by_key(|said| severity(said.state))
     }
 
-    /// Puts this plan into the next request, and returns the previous plan.
-    pub(super) fn replace_previous_plan(&mut self, plan: Option<PreviousPlan>) -> Option<PreviousPlan> {
-        mem::replace(&mut self.previous_plan, plan)
-    }
-
-    /// The vehicles without the reports that a plan at `now` needs, s: `asc`, or AUVs of the goal.
+    /// The vehicles without the reports that a plan at `now` needs, s: the surface craft, if none
+    /// is heard, or AUVs of the goal.
     pub(super) fn waits_for(&self, now: f64) -> Vec<String> {
-        let asc = self.asc.as_ref();
-        let asc = asc.filter(|asc| now - asc.t_s <= ASC_AGE_MAX && !is_ahead(asc.t_s, now));
-        let asc = asc.is_none().then(|| "asc".to_owned());
+        let is_heard = self.each_craft().any(|(_, craft)| craft.is_heard(now));
+        let craft = self.each_craft().filter(|_| !is_heard).map(|(id, _)| name(id));
         let unheard = goal_members(&self.config).filter(|id| self.fixes(id, now).next().is_none());
-        asc.into_iter().chain(unheard.map(str::to_owned)).collect()
+        craft.chain(unheard.map(str::to_owned)).collect()
     }
 
     /// Fixes of an AUV that are valid at `now`.
@@ -256,110 +267,181 @@ impl MissionState {
         fixes.filter(move |fix| !is_ahead(fix.t_s, now))
     }
 
-    /// Time when each vehicle, `asc` or an AUV, was last heard, on the mission's clock, s.
+    /// Time when each vehicle was last heard, on the mission's clock, s.
     pub(super) fn heard(&self) -> BTreeMap<String, f64> {
-        let asc = self.asc.iter().map(|asc| ("asc".to_owned(), asc.t_s));
+        let craft = self.each_craft().filter_map(|(id, craft)| Some((name(id), craft.asc.as_ref()?.t_s)));
         let newest = |(id, fixes): (&String, &Vec<Report>)| Some((id.clone(), fixes.last()?.t_s));
-        asc.chain(self.reports.iter().filter_map(newest)).collect()
+        craft.chain(self.reports.iter().filter_map(newest)).collect()
     }
 
-    /// The snapshot for a plan at `now`, s on the mission's clock, with the other craft of the
-    /// service; `None` if reports are missing. Leaves out a previous plan without a valid snapshot,
-    /// such as one beyond all coordinates.
-    pub(super) fn snapshot(
-        &self,
-        now: f64,
-        own: &OwnCraft,
-        due: &dyn Fn() -> bool,
-    ) -> Option<Result<Snapshot, Vec<FieldError>>> {
-        let valid = wire::snapshot_until(self.request(now, own)?, due);
-        Some(valid.or_else(|_| {
-            let mut request = self.request(now, own).expect("waits for no vehicle");
-            request.previous_plan = None;
-            wire::snapshot_until(request, due)
-        }))
+    /// Who is away from the fleet at `now`, s.
+    pub(super) fn absences(&self, now: f64) -> Absences {
+        let (mut away, mut after) = (BTreeMap::new(), BTreeMap::new());
+        for (id, craft) in &self.fleet {
+            let (why, absence) = craft.away(now);
+            away.extend(why.map(|why| (id.clone(), why)));
+            after.insert(id.clone(), absence);
+        }
+        // A craft that follows badly is better than none.
+        if away.len() == self.fleet.len() {
+            away.retain(|_, why| !matches!(why, Away::DoesNotFollow | Away::Returning));
+        }
+        Absences { away, after }
     }
 
-    /// The request for a plan at `now` on the mission's clock, s; `None` while reports are missing.
-    fn request(&self, now: f64, own: &OwnCraft) -> Option<PlanRequest> {
+    /// Takes the absence of each craft, and returns the one before.
+    pub(super) fn replace_absences(&mut self, mut after: AbsenceOf) -> AbsenceOf {
+        for (id, absence) in &mut after {
+            if let Some(craft) = self.fleet.get_mut(id) {
+                std::mem::swap(&mut craft.absence, absence);
+            }
+        }
+        after
+    }
+
+    /// The craft of the fleet at `now`, s, for clients.
+    pub(super) fn fleet_view(&self, now: f64) -> Vec<CraftView> {
+        let away = self.absences(now).away;
+        let parts = self.assigned.iter().flat_map(|assigned| &assigned.assignment.craft);
+        let served = |id: &str| {
+            let auvs = parts.clone().filter(|part| part.id.0 == id).flat_map(|part| &part.auvs);
+            auvs.map(|auv| auv.0.clone()).collect()
+        };
+        let named = self.each_craft().filter_map(|(id, craft)| Some((id?, craft)));
+        named
+            .map(|(id, craft)| CraftView {
+                id: id.to_owned(),
+                auvs: served(id),
+                away: away.get(id).copied(),
+                steering: craft.steering.clone(),
+            })
+            .collect()
+    }
+
+    /// The request for a plan at `now` on the mission's clock, s, with the other craft of the
+    /// service; `None` while reports are missing.
+    pub(super) fn request(&self, now: f64, own: &OwnCraft) -> Option<PlanRequest> {
         if !self.waits_for(now).is_empty() {
             return None;
         }
-        let asc = self.asc.as_ref()?;
+        self.request_of((None, &self.alone), now, (own, &[]))
+    }
+
+    /// The request for a fleet, as [`Self::request`], with those craft that are `away`.
+    pub(super) fn fleet_request(
+        &self,
+        now: f64,
+        own: &OwnCraft,
+        away: &BTreeMap<String, Away>,
+    ) -> Option<FleetRequest> {
+        if !self.waits_for(now).is_empty() {
+            return None;
+        }
+        let is_silent = |id: &str| away.get(id) == Some(&Away::Silent);
+        let silent =
+            self.each_craft().filter_map(|(id, craft)| Some((id.filter(|id| is_silent(id))?, craft)));
+        let silent = silent.filter_map(|(id, craft)| craft.as_silent_vessel(id.into()));
+        let silent: Vec<_> =
+            silent.filter(|vessel| !is_lost(vessel, now - vessel.t_s.unwrap_or(now))).collect();
+        let member = |described: &LiveCraft| {
+            let id = &*described.id.0;
+            let craft = self.fleet.get(id)?;
+            let request = self.request_of((Some(id), craft), now, (own, &silent))?;
+            let is_away = away.contains_key(id);
+            Some(Member {
+                id: described.id.clone(),
+                serves: described.serves.clone(),
+                is_away,
+                place_before: 0,
+                request,
+            })
+        };
+        let (craft, unheard): (Vec<_>, Vec<_>) =
+            self.config.surface_craft.iter().partition(|craft| !is_silent(&craft.id.0));
+        let craft: Vec<Member> = craft.into_iter().filter_map(member).collect();
+        let first = craft.first()?;
+        let gone = unheard.into_iter().map(|described| {
+            let previous_plan = self.fleet.get(&described.id.0).and_then(|craft| craft.previous_plan.clone());
+            let request = PlanRequest { previous_plan, ..first.request.clone() };
+            Member {
+                id: described.id.clone(),
+                serves: described.serves.clone(),
+                is_away: true,
+                place_before: 0,
+                request,
+            }
+        });
+        let gone = gone.collect();
+        let before = self.assigned.as_ref().map(|assigned| assigned.assignment.clone());
+        Some(FleetRequest::new(craft, before, gone).handing_over(self.config.hand_over_s.unwrap_or(0.0)))
+    }
+
+    fn request_of(
+        &self,
+        (id, craft): (Option<&str>, &CraftState),
+        now: f64,
+        (own, silent): (&OwnCraft, &[Vessel]),
+    ) -> Option<PlanRequest> {
+        let CraftNow { asc, previous_plan, current } = craft.at(now, self.config.origin)?;
         let heard = |auv: &LiveAuv| {
             let fixes: Vec<Report> = self.fixes(&auv.id, now).map(|fix| aged(fix, now)).collect();
             (!fixes.is_empty()).then(|| known_by(fixes, auv))
         };
-        let mut previous_plan = self.previous_plan.clone();
-        if let Some(plan) = &mut previous_plan {
-            if !asc.steered {
-                take_motion_for_reference(plan, &asc.state);
-            } else if LEARNT_AGE_MAX < now - asc.t_s {
-                learn_nothing(plan, &asc.state);
-            }
-        }
-        let before = self.previous_plan.as_ref();
-        let craft = carried(&asc.state, now - asc.t_s, before, self.config.origin);
         let auvs = self.config.auvs.iter().filter_map(heard).collect();
-        let mut request = request(&self.config, now, craft, auvs, previous_plan);
-        request.traffic = self.traffic.with(own, request.asc.position());
-        Some(PlanRequest { current: asc.current.or(request.current), ..request })
+        let mut request = request((&self.config, id), now, asc, auvs, previous_plan);
+        request.traffic = self.traffic.with((own, silent), request.asc.position());
+        request.current = current.or(request.current);
+        Some(request)
     }
 }
 
-/// Replaces the reference of `plan` by the motion of a craft that a person steers: the planner
-/// learns nothing of its response, and the next reference turns from the bow.
-fn take_motion_for_reference(plan: &mut PreviousPlan, asc: &Asc) {
-    let over_ground = asc.ground_north_mps.zip(asc.ground_east_mps);
-    let (sin, cos) = (asc.heading_rad.sin(), asc.heading_rad.cos());
-    let over_ground = over_ground.map(|(north, east)| north * cos + east * sin);
-    learn_nothing(plan, asc);
-    if let Some(reference) = &mut plan.reference {
-        reference.speed_mps = over_ground.unwrap_or(asc.speed_mps).max(0.0);
-        reference.heading_rad = Some(asc.heading_rad);
+/// The order in which states of steering call for an operator.
+fn severity(state: SteeringState) -> u8 {
+    match state {
+        SteeringState::Steering => 0,
+        SteeringState::Waiting => 1,
+        SteeringState::Person => 2,
+        SteeringState::Degraded => 3,
+        SteeringState::NotSteering => 4,
     }
 }
 
-/// Takes the craft's motion as requested, so that the planner learns nothing of its response.
-fn learn_nothing(plan: &mut PreviousPlan, asc: &Asc) {
-    if let Some(craft) = &mut plan.craft_estimate {
-        craft.asked_speed_mps = asc.speed_mps.max(0.0);
-        craft.asked_heading_rad = asc.heading_rad;
-    }
-}
-
-/// Interpolates a `track` at `time`, s: position (north, east), m. At an end, the nearest position
-/// within the accepted time.
-fn position_at(track: &[[f64; 3]], time: f64) -> Option<[f64; 2]> {
-    let after = track.partition_point(|[then, ..]| *then < time);
-    let is_near = |[then, ..]: &&[f64; 3]| (then - time).abs() <= RANGE_FROM_WITHIN;
-    let before = after.checked_sub(1).and_then(|place| track.get(place)).filter(is_near);
-    match (before, track.get(after).filter(is_near)) {
-        (Some([from, north, east]), Some([to, later_north, later_east])) => {
-            let share = (time - from) / (to - from);
-            Some([north + share * (later_north - north), east + share * (later_east - east)])
-        }
-        (Some([_, north, east]), None) | (None, Some([_, north, east])) => Some([*north, *east]),
-        (None, None) => None,
-    }
+/// The name of a craft in lists of vehicles.
+fn name(id: Option<&str>) -> String {
+    id.unwrap_or("asc").to_owned()
 }
 
 fn goal_members(config: &Live) -> impl Iterator<Item = &str> {
     config.goal.goal.named().map(|VehicleId(id)| id.as_str())
 }
 
+/// Limits and description of the craft of that name, or of the one of a mission of one.
+fn of_craft<'a>(
+    config: &'a Live,
+    id: Option<&str>,
+) -> (Option<DeclaredLimits>, Option<&'a CraftDescription>) {
+    match id {
+        None => (config.limits, config.craft.as_ref()),
+        Some(id) => {
+            let craft = config.surface_craft.iter().find(|craft| craft.id.0 == id);
+            craft.map_or((None, None), |craft| (craft.limits, craft.craft.as_ref()))
+        }
+    }
+}
+
 fn request(
-    config: &Live,
+    (config, id): (&Live, Option<&str>),
     now: f64,
     asc: Asc,
     auvs: Vec<Auv>,
     previous_plan: Option<PreviousPlan>,
 ) -> PlanRequest {
+    let (limits, craft) = of_craft(config, id);
     PlanRequest {
         origin: config.origin,
         current: config.current,
-        limits: config.limits,
-        craft: config.craft.clone(),
+        limits,
+        craft: craft.cloned(),
         keep_outs: config.keep_outs.clone(),
         no_go: config.no_go.clone(),
         area: config.area.clone(),
@@ -384,38 +466,20 @@ fn aged(fix: &Report, now: f64) -> Report {
     Report { t_s, ..*fix }
 }
 
-/// The surface craft `age` seconds after its state, moved over ground, with its heading and speed.
-fn carried(asc: &Asc, age: f64, previous: Option<&PreviousPlan>, origin: Option<Origin>) -> Asc {
-    let (place, way) = (asc.position(), over_ground(asc, previous) * age.max(0.0));
-    let frame = origin.and_then(|origin| CraftFrame::new(origin, place));
-    let place = frame.map_or(place + way, |frame| frame.leave(&way));
-    Asc { north_m: place.x, east_m: place.y, lat_deg: None, lon_deg: None, ..*asc }
-}
-
-/// Velocity of the surface craft over ground (north, east), m/s: as reported, else by its speeds
-/// through the water and the current of the previous plan.
-fn over_ground(asc: &Asc, previous: Option<&PreviousPlan>) -> Vector2<f64> {
-    let (sin, cos) = asc.heading_rad.sin_cos();
-    let through_water = (asc.speed_mps * cos - asc.sway_mps * sin, asc.speed_mps * sin + asc.sway_mps * cos);
-    let current = previous.and_then(|plan| plan.current);
-    let current = current.map_or((0.0, 0.0), |current| (current.north_mps, current.east_mps));
-    let north = asc.ground_north_mps.unwrap_or(through_water.0 + current.0);
-    let east = asc.ground_east_mps.unwrap_or(through_water.1 + current.1);
-    Vector2::new(north, east)
-}
-
-/// The request of a mission with all vehicles at rest at the datum; valid for valid missions.
-pub(super) fn trial_request(config: &Live, now: f64) -> PlanRequest {
+/// The request of a mission with all vehicles at rest at the datum, for the craft of that name, if
+/// it is one of a fleet; valid for valid missions.
+pub(super) fn trial_request((config, id): (&Live, Option<&str>), now: f64) -> PlanRequest {
     let fix = Report::new(now, Vector2::zeros(), 1.0);
     let auvs = config.auvs.iter().map(|auv| known_by(vec![fix], auv));
     let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.0);
-    request(config, now, asc, auvs.collect(), None)
+    request((config, id), now, asc, auvs.collect(), None)
 }
 
 #[cfg(test)]
 mod tests {
     use planner::parameters::Parameters;
     use planner::plan::{Workspace, plan};
+    use planner::snapshot::Snapshot;
     use serde_json::json;
 
     use super::*;
@@ -437,8 +501,8 @@ mod tests {
     }
 
     fn snapshot(state: &MissionState, now: f64) -> Snapshot {
-        let snapshot = state.snapshot(now, &OwnCraft::default(), &|| false);
-        snapshot.expect("waits for no vehicle").expect("is valid")
+        let request = state.request(now, &OwnCraft::default()).expect("waits for no vehicle");
+        wire::snapshot(request).expect("is valid")
     }
 
     #[test]
@@ -503,7 +567,7 @@ mod tests {
         before.take_reports(&heard(10.0, 1.0), 10.0);
         before.config.limits = Some(DeclaredLimits::default());
         let plan = plan(&snapshot(&before, 9.0), &Parameters::default(), &mut Workspace::default());
-        before.previous_plan = Some(PreviousPlan::from(&plan));
+        before.alone.previous_plan = Some(PreviousPlan::from(&plan));
         let mut after = before.clone();
         after.change(&serde_json::from_value(change).expect("has the shape"));
         [before, after]
@@ -522,7 +586,7 @@ mod tests {
             (json!({ "limits": { "surge_lag_s": 0.5 } }), true, false),
             (json!({ "goal": a, "craft": { "preset": "medusa" } }), false, false),
         ] {
-            let [before, after] = before_and_after(change.clone()).map(|state| state.previous_plan);
+            let [before, after] = before_and_after(change.clone()).map(|state| state.alone.previous_plan);
             let mut expected = before.expect("is there");
             expected.goal_course_rad = expected.goal_course_rad.filter(|_| course_stays);
             let craft = expected.craft_estimate.as_mut().expect("is there");
@@ -560,7 +624,7 @@ mod tests {
         };
         let steered = asked(&state);
         assert_ne!((steered.0, steered.1), (1.0, 0.0));
-        state.asc.as_mut().expect("is heard").steered = false;
+        state.alone.asc.as_mut().expect("is heard").steered = false;
         // The craft's motion: 1 m/s to the north. The learnt values stay.
         assert_eq!(asked(&state), (1.0, 0.0, steered.2));
     }
@@ -568,7 +632,7 @@ mod tests {
     #[test]
     fn nothing_is_learnt_of_a_silent_craft_and_its_references_continue() {
         let [state, _] = before_and_after(json!({ "craft": null }));
-        let heard_s = state.asc.as_ref().expect("is heard").t_s;
+        let heard_s = state.alone.asc.as_ref().expect("is heard").t_s;
         let previous = |age: f64| {
             let request = state.request(heard_s + age, &OwnCraft::default()).expect("waits for no vehicle");
             request.previous_plan.expect("is there")
@@ -594,17 +658,7 @@ mod tests {
         let current = |east: f64| serde_json::from_value(json!({ "north_mps": 0.0, "east_mps": east }));
         state.config.current = Some(current(0.1).expect("has the shape"));
         assert_eq!(east(&state), Some(0.1));
-        state.asc.as_mut().expect("is heard").current = Some(current(0.3).expect("has the shape"));
+        state.alone.asc.as_mut().expect("is heard").current = Some(current(0.3).expect("has the shape"));
         assert_eq!(east(&state), Some(0.3));
-    }
-
-    #[test]
-    fn a_mission_survives_a_previous_plan_that_leads_beyond_all_coordinates() {
-        let mut state = state();
-        state.take_reports(&heard(10.0, 1e6), 10.0);
-        let beyond = json!({ "trajectory": [{ "t_s": 9.0, "north_m": 3e6, "east_m": 0.0, "speed_mps": 1.0,
-            "heading_rad": 0.0 }] });
-        state.previous_plan = Some(serde_json::from_value(beyond).expect("has the shape"));
-        assert_eq!(snapshot(&state, 10.0).previous_plan, None);
     }
 }

@@ -74,11 +74,12 @@ impl Traffic {
     }
 
     /// The vessels of a request of a craft at `here`: what was heard, with the `own` craft of the
-    /// service.
-    pub(super) fn with(&self, own: &OwnCraft, here: Vector2<f64>) -> Vec<Vessel> {
+    /// service, and `silent` ones of the fleet.
+    pub(super) fn with(&self, (own, silent): (&OwnCraft, &[Vessel]), here: Vector2<f64>) -> Vec<Vessel> {
         let mut others = self.clone();
         others.0.retain(|_, vessel| !own.echoes.contains(&vessel.id));
-        others.keep(VESSELS_MAX - own.vessels.len(), |vessel| (vessel.position() - here).norm());
-        others.0.into_values().chain(own.vessels.iter().cloned()).collect()
+        let known = own.vessels.len() + silent.len();
+        others.keep(VESSELS_MAX.saturating_sub(known), |vessel| (vessel.position() - here).norm());
+        others.0.into_values().chain(own.vessels.iter().chain(silent).cloned()).collect()
     }
 }

@@ -13,7 +13,7 @@ use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
 use crate::planning::planners::{Planned, Planners};
 use crate::planning::valid_request::{Context, ValidRequest, answer, written};
-use wire::{CraftPlan, FleetRequest, FleetResponse, Outcome, SCHEMA_VERSION, Vessel};
+use wire::{CraftPlan, FleetRequest, FleetResponse, Outcome, SCHEMA_VERSION};
 
 /// Share of the time within which AUVs are estimated and assigned: a third.
 const ASSIGNED_IN: usize = 3;
@@ -40,21 +40,18 @@ pub(crate) async fn plan_fleet(
     let (fleet, assignment, deadline, Context { origin, metadata }) = read.await??;
     let (fleet, assignment) = (Arc::new(fleet), Arc::new(assignment));
     let n = fleet.n_craft();
-    let mut ahead: Vec<Vessel> = fleet.at_rest(&assignment);
+    let mut ahead = fleet.at_rest(&assignment);
     let mut surface_craft = Vec::with_capacity(n);
     for craft in 0..n {
-        let (of, among, vessels) = (Arc::clone(&fleet), Arc::clone(&assignment), ahead.clone());
-        let snapshot = planners.read(&permit, move |_| of.snapshot(craft, &among, &vessels)).await?;
-        let stands_by = snapshot.stands_by();
+        let (of, among, seen) = (Arc::clone(&fleet), Arc::clone(&assignment), ahead.clone());
+        let snapshot = planners.read(&permit, move |_| of.snapshot(craft, &among, &seen)).await?;
         let valid = ValidRequest { snapshot, context: Context { origin, ..Context::default() } };
         let share = deadline.share(&planners.clock, n - craft);
         let made = |context: &Context, planned: &Planned, _, _: &Stop| {
             Ok((answer(planned, context).planned(), planned.plan.clone()))
         };
         let (response, plan) = valid.planned(planners, Arc::clone(&permit), share, made).await?;
-        if !stands_by {
-            ahead.push(fleet.as_vessel(craft, &plan));
-        }
+        fleet.add_to(&mut ahead, craft, &plan);
         surface_craft.push(CraftPlan::new(craft, &assignment, response));
     }
     let answer = move |_| {

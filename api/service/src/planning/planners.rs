@@ -62,6 +62,12 @@ pub(crate) struct Planned {
     pub(crate) solve_time: Duration,
 }
 
+impl AsRef<Plan> for Planned {
+    fn as_ref(&self) -> &Plan {
+        &self.plan
+    }
+}
+
 impl Planners {
     pub(crate) fn new(settings: &Settings, store: &StoreMetrics) -> Self {
         let (planners, waiting, clock) = (settings.planners, settings.waiting, &settings.clock);
@@ -182,41 +188,45 @@ impl Planners {
         plan.instrument(info_span!("plan")).await
     }
 
-    /// Plans for a mission until `limit` after `due`, from the snapshot that `facts` makes, which
-    /// may check the time. Waits behind other missions, whose number is limited.
-    pub(crate) async fn plan_in_turn(
+    /// Plans for a mission until `limit` after `due`, and returns the facts, too. `facts` may check
+    /// the time by the stop signals of its parts, and `plan` makes plans of snapshots, one after the
+    /// other, if so many are left. Waits behind other missions, whose number is limited.
+    pub(crate) async fn plan_in_turn<F: Send + Sync + 'static, T: Send + 'static>(
         &self,
-        facts: impl FnOnce(&Stop) -> Result<Snapshot, Problem> + Send + 'static,
+        facts: impl FnOnce(&dyn Fn(usize) -> Stop) -> Result<F, Problem> + Send + 'static,
+        plan: impl Fn(&F, &mut dyn FnMut(Arc<Snapshot>, usize) -> Planned) -> T + Copy + Send + 'static,
         due: Arrival,
         limit: Duration,
-    ) -> Result<Planned, Problem> {
+    ) -> Result<(Arc<F>, T), Problem> {
         let deadline = Deadline::new(due, None, limit);
         let waits = self.metrics.mission_waits();
         let turn = Arc::clone(&self.missions).acquire_owned();
         let turn = turn.instrument(info_span!("queue")).await;
         drop(waits);
-        let (read, stop) = (info_span!("read"), deadline.stop(&self.clock, Caller::STAYS));
-        let until = stop.clone();
+        let clock = self.clock.clone();
+        let share = move |parts: usize| deadline.share(&clock, parts).stop(&clock, Caller::STAYS);
+        let (read, until) = (info_span!("read"), share.clone());
         let facts = move || (read.in_scope(|| facts(&until)), turn);
         let facts = self.clock.run_blocking(facts);
-        let (snapshot, turn) = facts.await.map_err(|_| Problem::Panicked)?;
-        let snapshot = Arc::new(snapshot?);
+        let (facts, turn) = facts.await.map_err(|_| Problem::Panicked)?;
+        let facts = Arc::new(facts?);
         let (sender, planned) = oneshot::channel();
-        let (planners, facts) = (self.clone(), Arc::clone(&snapshot));
+        let (planners, known) = (self.clone(), Arc::clone(&facts));
         let span = Span::current();
         self.clock.spawn_blocking(move || {
             let _in = span.entered();
             // Dropped after the turn if the planner panics, because it is declared before it.
             let sender = sender;
             let turn = turn;
-            let planned = planners.plan_now(PlanFor::Live, facts, &stop);
+            let planned =
+                plan(&known, &mut |snapshot, left| planners.plan_now(PlanFor::Live, snapshot, &share(left)));
             drop(turn);
             // Fails if the mission is gone.
             let _ = sender.send(planned);
         });
-        let planners = self.clone();
-        let lower = move || planners.lower_levels(snapshot);
-        self.in_time(planned, deadline, lower).await
+        let (planners, known) = (self.clone(), Arc::clone(&facts));
+        let lower = move || plan(&known, &mut |snapshot, _| planners.lower_levels(snapshot));
+        Ok((facts, self.in_time(planned, deadline, lower).await?))
     }
 
     /// The plan, if it is made by the deadline; otherwise that of the `lower` fallback levels.
@@ -317,10 +327,14 @@ mod tests {
             })
         });
         let request = wire::read(EXAMPLES[0].body.as_bytes()).expect("is JSON");
-        let facts = |_: &Stop| wire::snapshot(request).map_err(Problem::Invalid);
+        let facts =
+            |_: &dyn Fn(usize) -> Stop| wire::snapshot(request).map(Arc::new).map_err(Problem::Invalid);
+        let plan = |facts: &Arc<Snapshot>, plan: &mut dyn FnMut(Arc<Snapshot>, usize) -> Planned| {
+            plan(Arc::clone(facts), 1)
+        };
         let due = Arrival(planners.clock.now());
-        let planned = planners.plan_in_turn(facts, due, Duration::from_hours(1)).await;
-        assert_eq!(planned.expect("is planned for").plan.degraded, None);
+        let planned = planners.plan_in_turn(facts, plan, due, Duration::from_hours(1)).await;
+        assert_eq!(planned.expect("is planned for").1.plan.degraded, None);
         drop(open);
         for (done, _job) in held {
             done.await.expect("was held until then");

@@ -4,7 +4,7 @@ use planner::craft::CraftDescription;
 use planner::los::{LawGains, LosLaw};
 use planner::snapshot::{
     Acoustics, Current, DeclaredLimits, DeclaredPath, Dive, Forecast, Hold, KeepOut, NoGo, Origin, Task,
-    Tuning,
+    Tuning, VehicleId,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -123,6 +123,13 @@ pub struct Live {
     pub limits: Option<DeclaredLimits>,
     /// Closed-loop response of the surface craft, as in a snapshot.
     pub craft: Option<CraftDescription>,
+    /// The surface craft of a fleet, 1 to 6 in the order of way, in place of `limits` and `craft`.
+    /// Default: one craft without a name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surface_craft: Vec<LiveCraft>,
+    /// Time for which a craft of a fleet still serves an AUV that was given to another, s. Default:
+    /// 0.
+    pub hand_over_s: Option<f64>,
     /// Discs to keep out of, as in a snapshot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keep_outs: Vec<KeepOut>,
@@ -178,6 +185,24 @@ impl Live {
         let segments = paths.flat_map(|path| &mut path.segments);
         segments.flat_map(Segment::points_mut).for_each(|point| change.point(point));
     }
+}
+
+/// A surface craft of a fleet.
+#[skip_serializing_none]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LiveCraft {
+    /// Its name, unique among all vehicles of the mission, 1 to 64 bytes.
+    #[schema(value_type = String, example = "asc-1")]
+    pub id: VehicleId,
+    /// Its limits, as in a snapshot.
+    pub limits: Option<DeclaredLimits>,
+    /// Its closed-loop response, as in a snapshot.
+    pub craft: Option<CraftDescription>,
+    /// The AUVs that it may serve, such as those whose modem it has; with an empty list it stands
+    /// by. Default: all.
+    #[schema(value_type = Option<Vec<String>>)]
+    pub serves: Option<Vec<VehicleId>>,
 }
 
 /// An underwater vehicle of a live mission.

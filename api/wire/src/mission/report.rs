@@ -21,6 +21,9 @@ pub struct Reports {
     /// The first fault of each rejected report, at its place in the body. Written by the service.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub rejected: Vec<FieldError>,
+    /// The surface craft of a fleet that these reports are from: its `asc` and `steering`, and the
+    /// ranges that it measured. Missions of one craft have none.
+    pub craft: Option<String>,
     /// Unix time at which the surface craft received them, s. Default: that of the service.
     pub received_s: Option<f64>,
     /// Fixes and ranges, at most 64 of each underwater vehicle; `t_s` is the Unix time of sending.
@@ -75,6 +78,14 @@ impl Reports {
     pub fn is_empty(&self) -> bool {
         let no_vehicle = self.auvs.is_empty() && self.asc.is_empty() && self.traffic.is_empty();
         no_vehicle && self.notes.is_empty() && self.steering.is_empty()
+    }
+
+    /// `true` if some are of a surface craft: its state, its steering, or ranges without the place
+    /// where they were measured.
+    pub fn are_of_a_craft(&self) -> bool {
+        let is_from_craft = |fix: &Report| fix.range_m.is_some() && fix.from.is_none();
+        let ranges = self.auvs.values().flatten().any(is_from_craft);
+        ranges || !self.asc.is_empty() || !self.steering.is_empty()
     }
 
     /// Adds the reports of `others`.

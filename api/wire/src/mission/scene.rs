@@ -40,6 +40,9 @@ pub struct Scene {
     pub goal: Option<Task>,
     /// The underwater vehicles.
     pub auvs: Vec<String>,
+    /// The surface craft of a fleet.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surface_craft: Vec<String>,
     /// Discs to keep out of.
     pub keep_outs: Vec<KeepOut>,
     /// Polygons to keep out of.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::new::Live;
+use super::new::{Live, LiveCraft};
 
 /// The members of a live mission that can be changed while it runs.
 ///
@@ -30,6 +30,11 @@ pub struct Setting {
     #[serde(default, deserialize_with = "removable")]
     #[schema(value_type = Option<CraftDescription>)]
     pub craft: Option<Option<CraftDescription>>,
+    /// The surface craft of a fleet, all of them: those that are left out are no longer in it.
+    /// `null` is refused, and missions of one craft stay so.
+    #[serde(default, deserialize_with = "required")]
+    #[schema(value_type = Vec<LiveCraft>, required = false)]
+    pub surface_craft: Option<Vec<LiveCraft>>,
     /// The planner's levers.
     #[serde(default, deserialize_with = "removable")]
     #[schema(value_type = Option<Tuning>)]
@@ -94,7 +99,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
 
 impl Setting {
     /// Largest number of members.
-    pub const MEMBERS: usize = 10;
+    pub const MEMBERS: usize = 11;
 
     /// Exchanges the given members with those of `config`.
     pub fn exchange_with(&mut self, config: &mut Live) {
@@ -106,6 +111,7 @@ impl Setting {
         exchange(self.goal.as_mut(), &mut config.goal);
         exchange(self.limits.as_mut(), &mut config.limits);
         exchange(self.craft.as_mut(), &mut config.craft);
+        exchange(self.surface_craft.as_mut(), &mut config.surface_craft);
         exchange(self.tuning.as_mut(), &mut config.tuning);
         exchange(self.keep_outs.as_mut(), &mut config.keep_outs);
         exchange(self.no_go.as_mut(), &mut config.no_go);
@@ -125,6 +131,7 @@ impl From<&Live> for Setting {
             goal: Some(config.goal.clone()),
             limits: Some(config.limits),
             craft: Some(config.craft.clone()),
+            surface_craft: Some(config.surface_craft.clone()).filter(|craft| !craft.is_empty()),
             tuning: Some(config.tuning.clone()),
             keep_outs: Some(config.keep_outs.clone()),
             no_go: Some(config.no_go.clone()),

@@ -10,13 +10,13 @@ use std::time::{Duration, Instant, SystemTime};
 use clock::Clock;
 use parking_lot::Mutex;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
 use sha2::{Digest as _, Sha256};
 use subtle::ConstantTimeEq as _;
 
 use store::{EventStore, StoreError, TrustedClock};
 
 use crate::edge::role::{Role, TokenLimit};
+use wire::mission::Mission;
 
 /// Prefix of tokens, by which people and secret scanners recognise them.
 pub const PREFIX: &str = "pf_";
@@ -308,8 +308,8 @@ impl Tokens {
         whole(trusted.unwrap_or_else(|| cache.clock.unix_s()))
     }
 
-    /// `true` if each limited token permits both of the missions, of that id and metadata, or none.
-    pub(crate) fn permit_alike(&self, missions: [(&str, &Map<String, Value>); 2]) -> bool {
+    /// `true` if each limited token permits both of the missions, or none.
+    pub(crate) fn permit_alike(&self, missions: [&Mission; 2]) -> bool {
         let known = self.known();
         // A file that cannot be read permits nothing to anybody.
         if known.as_ref().is_some_and(|known| known.tokens.is_empty()) {
@@ -318,8 +318,7 @@ impl Tokens {
         let mut limits =
             known.iter().flat_map(|known| &known.tokens).filter_map(|token| token.limit.as_ref());
         limits.all(|limit| {
-            let [one, other] =
-                missions.map(|(id, metadata)| limit.names(id) || limit.names_craft_of(metadata));
+            let [one, other] = missions.map(|mission| limit.sees(mission));
             one == other
         })
     }

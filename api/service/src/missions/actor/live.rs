@@ -13,14 +13,16 @@ use crate::{
     missions::{
         check,
         clock::{ClockWatch, MissionClock},
-        event::{Event, Planned, answer, planned, previous},
+        craft_state::Left,
+        event::Event,
+        facts::Facts,
         memory::bytes_of,
         own_craft::{Berth, Craft, OwnCraft},
-        state::MissionState,
+        state::{AbsenceOf, MissionState},
     },
     planning::pool::Priority,
 };
-use wire::mission::{Reports, Setting, SteeringState};
+use wire::mission::{Assigned, Reports, Setting, SteeringState};
 use wire::{FieldError, Origin, Outcome, PlanResponse};
 
 /// Most events after a checkpoint: a restart reads them one by one.
@@ -212,9 +214,8 @@ impl Live {
             after.apply(&event, &self.mission.clock);
             after
         });
-        let checkpoint = after
-            .as_ref()
-            .map(|after| Checkpoint { state: Some(after), plan: self.context.view.borrow().plan.clone() });
+        let checkpoint =
+            after.as_ref().map(|after| Checkpoint::new(Some(after), &self.context.view.borrow().plans));
         let events = [event];
         let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
@@ -229,7 +230,7 @@ impl Live {
         Ok(stored.answer)
     }
 
-    /// Makes a plan at `now`, s, and stores it. All vehicles have been heard.
+    /// Makes a plan of each craft at `now`, s, and stores them. All vehicles have been heard.
     async fn plan_at(&mut self, now: f64, due: Instant) -> Result<(), Problem> {
         let made_at = self.context.clock().now();
         let state = Arc::clone(&self.state);
@@ -237,42 +238,87 @@ impl Live {
             self.own_craft = self.berth.look(now, state.traffic().vessels(), &self.own_craft);
         }
         let own = self.own_craft.clone();
-        let facts = move |stop: &Stop| {
-            let snapshot = state.snapshot(now, &own, &|| stop.is_due());
-            snapshot.expect("waits for no vehicle").map_err(Problem::Invalid)
+        let parameters = Arc::clone(&self.context.planners.parameters);
+        let facts = move |share: &dyn Fn(usize) -> Stop| {
+            let facts = Facts::of(&state, (now, &own), &parameters, share);
+            facts.expect("waits for no vehicle").map_err(Problem::Invalid)
         };
         // The other half of the period is for the disk and for other missions.
         let (planners, limit) = (&self.context.planners, self.period / 2);
-        let made = planners.plan_in_turn(facts, Arrival(due), limit).await?;
-        let answer = answer(&made, self.state.origin());
+        let planned = planners.plan_in_turn(facts, |facts, plan| facts.plans(plan), Arrival(due), limit);
+        let (facts, made) = planned.await?;
         let late = self.context.clock().since(due);
-        let own_craft = self.own_craft.clone();
-        let event = Planned { own_craft, ..planned(now, late, &made, &answer) };
-        let plan = Arc::new(StoredPlan {
-            sequence: self.context.mission.sequence + 1,
-            time: now,
-            late: late.as_secs_f64(),
-            answer,
-            heard: self.state.heard(),
-            made: Some(made_at),
-        });
-        let next = Some(previous(&made, self.state.origin()));
-        let before = Arc::make_mut(&mut self.state).replace_previous_plan(next);
-        let checkpoint = Checkpoint { state: Some(&*self.state), plan: Some(Arc::clone(&plan)) };
-        let events = [Event::Planned(Box::new(event))];
-        if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
-            // The next plan follows the last one that is stored.
-            Arc::make_mut(&mut self.state).replace_previous_plan(before);
-            return Err(problem);
+        let (origin, heard) = (self.state.origin(), self.state.heard());
+        let (mut events, mut plans, mut left) = (vec![], vec![], vec![]);
+        let mut cut_short = facts.assigned().is_some_and(|assigned| assigned.cut_short);
+        for craft in &made {
+            let id = craft.id.clone();
+            let written = facts.written(craft, origin);
+            let (mut event, answer, previous) = written.planned(now, late, &craft.made);
+            // The craft after one whose plan cannot be repeated saw that.
+            cut_short |= event.cut_short.is_some();
+            event.cut_short =
+                cut_short.then(|| event.cut_short.take().unwrap_or_else(|| Box::new(previous.clone())));
+            event.craft.clone_from(&id);
+            if events.is_empty() {
+                event.own_craft = self.own_craft.clone();
+            }
+            let strays = id.is_some() && !answer.answer.craft_estimate.follows;
+            left.push((id.clone(), Left { previous_plan: Some(previous), strays }));
+            events.push(Event::Planned(Box::new(event)));
+            plans.push(Arc::new(StoredPlan {
+                craft: id,
+                sequence: self.context.mission.sequence + events.len() as u64,
+                time: now,
+                late: late.as_secs_f64(),
+                answer,
+                heard: heard.clone(),
+                made: Some(made_at),
+            }));
         }
+        let news = facts.news(self.state.assigned());
+        events.extend(news.clone().map(|news| Event::Assigned(Box::new(news))));
+        self.store_plans(events, plans, (left, facts.absences(), news.map(Box::new))).await?;
+        self.context.view.send_modify(|view| view.slots = facts.slots());
         let metrics = &self.context.planners.metrics;
-        metrics.plan(PlanFor::Live, &made.plan, made.solve_time);
+        for craft in &made {
+            metrics.plan(PlanFor::Live, &craft.made.plan, craft.made.solve_time);
+        }
         metrics.late(late);
-        self.log_changes(&plan);
-        self.context.show(plan);
         self.show_to_others(true);
         self.count_does_not_follow();
         self.since_checkpoint = 0;
+        Ok(())
+    }
+
+    /// Stores the events of `plans` with what they leave to the state, and shows them.
+    async fn store_plans(
+        &mut self,
+        events: Vec<Event>,
+        plans: Vec<Arc<StoredPlan>>,
+        after: AfterPlans,
+    ) -> Result<(), Problem> {
+        let is_assigned = after.2.is_some();
+        let mut before = exchange(Arc::make_mut(&mut self.state), after);
+        let shown = self.context.with_others(plans.clone());
+        let checkpoint = Checkpoint::new(Some(&*self.state), &shown);
+        if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
+            // The next plan follows the last one that is stored.
+            let (state, assigned) = (Arc::make_mut(&mut self.state), before.2.take());
+            exchange(state, before);
+            if is_assigned {
+                state.replace_assigned(assigned);
+            }
+            return Err(problem);
+        }
+        for plan in &plans {
+            self.log_changes(plan);
+        }
+        self.context.show(shown);
+        if is_assigned {
+            tracing::info!(mission = self.context.mission.id, "AUVs are assigned");
+            self.show_heard();
+        }
         Ok(())
     }
 
@@ -306,27 +352,27 @@ impl Live {
 
     /// Logs changes in whether plans are degraded and the craft follows.
     fn log_changes(&self, newest: &StoredPlan) {
-        let mission = &self.context.mission.id;
-        let before = self.context.view.borrow().plan.clone();
+        let (mission, craft) = (&self.context.mission.id, newest.craft.as_deref());
+        let before = self.context.view.borrow().plan(newest.craft.as_deref()).cloned();
         let degraded = |plan: &StoredPlan| plan.answer.answer.outcome == Outcome::Degraded;
         match (before.as_deref().is_some_and(degraded), degraded(newest)) {
             (false, true) => {
                 let reason = newest.answer.answer.reason.as_deref();
-                tracing::warn!(mission, reason, "plans are degraded");
+                tracing::warn!(mission, craft, reason, "plans are degraded");
             }
-            (true, false) => tracing::info!(mission, "plans are no longer degraded"),
+            (true, false) => tracing::info!(mission, craft, "plans are no longer degraded"),
             (false, false) | (true, true) => {}
         }
         match (before.as_deref().is_none_or(follows), follows(newest)) {
-            (true, false) => tracing::warn!(mission, "the craft does not follow"),
-            (false, true) => tracing::info!(mission, "the craft follows again"),
+            (true, false) => tracing::warn!(mission, craft, "the craft does not follow"),
+            (false, true) => tracing::info!(mission, craft, "the craft follows again"),
             (true, true) | (false, false) => {}
         }
     }
 
     /// Counts the mission while it runs and its newest plan warns that the craft does not follow.
     fn count_does_not_follow(&mut self) {
-        let does_follow = self.context.view.borrow().plan.as_deref().is_none_or(follows);
+        let does_follow = self.context.view.borrow().plans.iter().all(|plan| follows(plan));
         let warns = self.context.is_running() && !does_follow;
         if warns != self.does_not_follow.is_some() {
             let metrics = &self.context.planners.metrics;
@@ -350,50 +396,63 @@ impl Live {
         if self.context.mission.status.is_over() {
             return self.berth.leave();
         }
-        let (Some(origin), Some(asc), Some(velocity)) =
-            (self.state.origin(), self.state.asc(), self.state.velocity())
-        else {
-            return;
-        };
-        let (Some(lat_deg), Some(lon_deg)) = (asc.state.lat_deg, asc.state.lon_deg) else { return };
+        let Some(origin) = self.state.origin().filter(|_| self.is_among_others()) else { return };
         let view = self.context.view.borrow();
-        let answer = view.plan.as_ref().map(|plan| &plan.answer.answer);
-        let follows = |answer: &PlanResponse| {
-            answer.outcome == Outcome::Ok && answer.craft_estimate.follows && asc.steered
-        };
-        let steering = self.state.steering().is_none_or(|said| said.state == SteeringState::Steering);
-        // A plan from before the origin changed has other coordinates.
-        let placed = answer.filter(|answer| answer.origin.is_some_and(|of| of == origin));
-        let trajectory = placed.map_or(&[][..], |answer| &answer.trajectory);
-        let step = trajectory.len().div_ceil(PLAN_POINTS).max(1);
-        let points = trajectory.iter().skip(step).step_by(step);
-        let craft = Craft {
-            mission: Arc::clone(&self.context.mission),
-            origin,
-            place: Origin { lat_deg, lon_deg },
-            t_s: asc.t_s,
-            position: asc.state.position(),
-            velocity,
-            plan: points.map(|point| [point.t_s, point.north_m, point.east_m]).collect(),
-            period: self.mission.config.period_s,
-            is_orderly: is_planned && steering && answer.is_some_and(follows),
-        };
-        drop(view);
-        if self.is_among_others() {
-            self.berth.show(craft, self.context.clock().unix_s());
+        for (place, (id, known)) in self.state.each_craft().enumerate() {
+            let (Some(asc), Some(velocity)) = (known.asc.as_ref(), known.velocity()) else { continue };
+            let (Some(lat_deg), Some(lon_deg)) = (asc.state.lat_deg, asc.state.lon_deg) else { continue };
+            let answer = view.plan(id).map(|plan| &plan.answer.answer);
+            let follows = |answer: &PlanResponse| {
+                answer.outcome == Outcome::Ok && answer.craft_estimate.follows && asc.steered
+            };
+            let steering = known.steering.as_ref().is_none_or(|said| said.state == SteeringState::Steering);
+            // A plan from before the origin changed has other coordinates.
+            let placed = answer.filter(|answer| answer.origin.is_some_and(|of| of == origin));
+            let trajectory = placed.map_or(&[][..], |answer| &answer.trajectory);
+            let step = trajectory.len().div_ceil(PLAN_POINTS).max(1);
+            let points = trajectory.iter().skip(step).step_by(step);
+            let craft = Craft {
+                mission: Arc::clone(&self.context.mission),
+                id: id.map(str::to_owned),
+                origin,
+                place: Origin { lat_deg, lon_deg },
+                t_s: asc.t_s,
+                position: asc.state.position(),
+                velocity,
+                plan: points.map(|point| [point.t_s, point.north_m, point.east_m]).collect(),
+                period: self.mission.config.period_s,
+                is_orderly: is_planned && steering && answer.is_some_and(follows),
+            };
+            self.berth.show(place, craft, self.context.clock().unix_s());
         }
     }
 
     fn show_heard(&self) {
         self.show_to_others(false);
-        let waits_for = self.state.waits_for(self.mission.clock.now(self.context.clock()));
+        let now = self.mission.clock.now(self.context.clock());
+        let (waits_for, fleet) = (self.state.waits_for(now), self.state.fleet_view(now));
         self.context.view.send_if_modified(|view| {
             let changed = view.waits_for != waits_for;
-            view.waits_for = waits_for;
+            (view.waits_for, view.fleet) = (waits_for, fleet);
             view.steering = self.state.steering().cloned();
             changed
         });
     }
+}
+
+/// What plans leave to the state: for each craft its own, absences, and who serves whom, if that is
+/// new.
+type AfterPlans = (Vec<(Option<String>, Left)>, AbsenceOf, Option<Box<Assigned>>);
+
+/// Exchanges that in the state.
+fn exchange(state: &mut MissionState, (left, absences, assigned): AfterPlans) -> AfterPlans {
+    let left = left.into_iter().filter_map(|(id, left)| {
+        let before = state.craft_mut(id.as_deref())?.replace_left(left);
+        Some((id, before))
+    });
+    let left = left.collect();
+    let assigned = assigned.and_then(|assigned| state.replace_assigned(Some(assigned)));
+    (left, state.replace_absences(absences), assigned)
 }
 
 fn follows(plan: &StoredPlan) -> bool {

@@ -187,6 +187,7 @@ impl Simulated {
         let n_plans = ticks.len() as u64;
         let plan = ticks.last().map(|tick| {
             Arc::new(StoredPlan {
+                craft: None,
                 sequence: self.context.mission.sequence + n_plans,
                 time: tick.planned.t_s,
                 late: 0.0,
@@ -202,13 +203,13 @@ impl Simulated {
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
         let events = ticks.into_iter().map(planned).chain(progress.end.take());
         let events: Vec<_> = events.collect();
-        let checkpoint = plan.clone().map(|plan| Checkpoint { state: None, plan: Some(plan) });
+        let checkpoint = plan.as_ref().map(|plan| Checkpoint::new(None, std::slice::from_ref(plan)));
         let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {
             progress.sequence = self.context.mission.sequence;
             self.progress = Some(progress);
             if let Some(plan) = plan {
-                self.context.show(plan);
+                self.context.show(vec![plan]);
             }
         }
         Ok(stored)

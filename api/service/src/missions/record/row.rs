@@ -65,6 +65,7 @@ impl Timeline {
             | Event::ClockSet { at_s, .. }
             | Event::Finished { at_s }
             | Event::Failed { at_s, .. } => *at_s,
+            Event::Assigned(assigned) => return assigned.t_s,
         };
         match self.live {
             None => self.planned,
@@ -91,7 +92,8 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
         Event::Failed { at_s, reason } => vec![Row { received_s: Some(*at_s), reason: Some(reason), ..row }],
         Event::Reported { heard, .. } => {
             let row = Row { received_s: Some(heard.received_s.unwrap_or(time)), ..row };
-            let states = heard.asc.iter().map(|state| asc_state(&row, state));
+            let craft = heard.craft.as_deref().unwrap_or(SURFACE_CRAFT);
+            let states = heard.asc.iter().map(move |state| asc_state(&row, craft, state));
             let fixes = heard
                 .auvs
                 .iter()
@@ -104,6 +106,14 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
             });
             let vessels = heard.traffic.iter().map(|seen| vessel(&row, seen));
             states.chain(fixes).chain(vessels).chain(notes).collect()
+        }
+        // A row for each AUV that a craft serves.
+        Event::Assigned(assigned) => {
+            let parts = assigned.assignment.craft.iter();
+            let served = parts.flat_map(|craft| craft.auvs.iter().map(move |auv| (craft, auv)));
+            served
+                .map(|(craft, auv)| Row { vehicle: Some(&auv.0), reason: Some(&craft.id.0), ..row })
+                .collect()
         }
         Event::Planned(plan) => {
             let truths = plan.truth.iter().flat_map(|truth| truths(&row, truth));
@@ -122,11 +132,11 @@ pub(super) fn rows<'a>(sequence: u64, time: f64, event: &'a Event, refused: &mut
     }
 }
 
-fn asc_state<'a>(row: &Row<'a>, report: &AscReport) -> Row<'a> {
+fn asc_state<'a>(row: &Row<'a>, craft: &'a str, report: &AscReport) -> Row<'a> {
     Row {
         kind: Some("asc_state"),
         t_s: Some(report.t_s),
-        vehicle: Some(SURFACE_CRAFT),
+        vehicle: Some(craft),
         north_m: Some(report.state.north_m),
         east_m: Some(report.state.east_m),
         heading_rad: Some(report.state.heading_rad),
@@ -176,6 +186,7 @@ fn planned<'a>(row: &Row<'a>, plan: &'a Planned) -> Row<'a> {
     let goal = prediction.filter(|_| plan.truth.is_none());
     let goal = goal.and_then(|prediction| Some((*prediction.goal.first()?, *prediction.asc.first()?)));
     Row {
+        vehicle: plan.craft.as_deref(),
         goal_north_m: goal.map(|(goal, _)| goal[0]),
         goal_east_m: goal.map(|(goal, _)| goal[1]),
         goal_distance_m: goal.map(|(goal, asc)| (goal[0] - asc[0]).hypot(goal[1] - asc[1])),

@@ -105,6 +105,7 @@ fn reported(at_s: f64, heard: Value) -> Event {
 
 fn planned(t_s: f64, truth: Option<Truth>) -> Event {
     Event::Planned(Box::new(Planned {
+        craft: None,
         t_s,
         late_s: 0.001,
         solve_time_ns: 700_000,
