@@ -12,6 +12,7 @@ mod file;
 mod files;
 mod quantity;
 mod set;
+mod several;
 mod source;
 mod start;
 
@@ -21,8 +22,8 @@ pub use quantity::*;
 pub use source::{Source, line_of, line_of_field};
 pub use start::{InvalidScenario, Start};
 
-use file::{completed, relaxed};
 use quantity::{schema_within, unit_of};
+use several::{completed, relaxed};
 
 macro_rules! built_in {
     ($($name:literal),* $(,)?) => {

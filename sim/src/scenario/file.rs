@@ -11,16 +11,14 @@ use super::quantity::{
     Angle, ClaimFactor, ClockTime, Coordinate, Energy, Instant, KeepOutRadius, Latitude, Longitude,
     MissionTime, Quantity, RangeToKeep, Share, SignedShare, VesselSeparation,
 };
+use super::several::{OneOrSeveral, one_or_several};
 use super::source::Source;
-use several::{OneOrSeveral, one_or_several};
 
 mod environment;
-mod several;
 mod traffic;
 mod vehicles;
 
 pub use environment::*;
-pub(super) use several::{completed, relaxed};
 pub use traffic::*;
 pub use vehicles::*;
 
@@ -71,7 +69,7 @@ pub struct Scenario {
     /// The surface craft, or a list of several that share the goal of the first; none if left out.
     /// What another craft of the list leaves out is as of the first.
     #[serde(default, deserialize_with = "one_or_several")]
-    #[schemars(with = "OneOrSeveral")]
+    #[schemars(with = "OneOrSeveral<SurfaceCraftFile>")]
     pub surface_craft: Vec<SurfaceCraftFile>,
     /// The underwater vehicles.
     #[schemars(length(min = 1, max = AUVS_MAX))]

@@ -91,11 +91,11 @@ fn fly_fleet(
         controller.vary_start(start);
     }
     let assigner = controller.entry.assign.clone().unwrap_or_default();
-    let mut mission = FleetMission::new(starts, scenario, assigner, seed);
-    mission.clock = Some(CLOCK);
-    if let ControlLaw::Planner { parameters, .. } = &controller.law {
-        mission.parameters = Parameters::clone(parameters);
-    }
+    let parameters = match &controller.law {
+        ControlLaw::Planner { parameters, .. } => Parameters::clone(parameters),
+        _ => Parameters::default(),
+    };
+    let mut mission = FleetMission::new(starts, scenario, (assigner, parameters), (seed, Some(CLOCK)));
     while !mission.is_over() {
         mission.step()?;
         let (first, snapshot) = mission.first();
