@@ -107,3 +107,19 @@ test("one craft is stood down, and the others are not asked for more", async ({ 
   await orders.getByRole("button", { name: "Send…" }).click();
   await expect(orders.locator("dialog li")).toHaveText("asc-3 may serve every AUV");
 });
+
+for (const name of ["constructor", "<img src=x onerror=alert(1)>", "🐟".repeat(16)]) {
+  test(`craft and AUVs may be called ${name}`, async ({ page, played }) => {
+    const watched = await played("fleet", { renamed: { "asc-2": name, "auv-4": `${name.slice(0, 8)}4` } });
+    await watched.open();
+    await watched.pass(14);
+    await expect(page.locator(".chip.state")).toContainText(`${name}: silent`);
+    await expect(page.locator(".log")).toContainText(`${name} is silent: asc-3 serves ${name.slice(0, 8)}4 now`);
+    expect((await table(page))[1].slice(0, 2)).toEqual([name, "silent"]);
+    for (const width of [1280, 390]) {
+      await page.setViewportSize({ width, height: 844 });
+      expect(await page.evaluate(() => document.documentElement.scrollWidth - innerWidth)).toBeLessThanOrEqual(0);
+    }
+    expect(await page.locator("main img").count()).toBe(0);
+  });
+}

@@ -439,7 +439,7 @@ test("a fleet is as its worst craft, by name, and good only if all are", () => {
 });
 
 test("what of who serves whom is new is told in words, with why", () => {
-  const of = (craft, away = {}) => ({ t_s: 0, craft, away }), before = of({ a: ["1", "2"], b: ["3"] });
+  const of = (craft, away = {}) => ({ t_s: 0, craft: new Map(Object.entries(craft)), away: new Map(Object.entries(away)) }), before = of({ a: ["1", "2"], b: ["3"] });
   expect(assignedWords(undefined, before)).toBe("a serves 1, 2; b serves 3");
   expect(assignedWords(before, of({ b: ["3", "1", "2"] }, { a: "silent" }))).toBe("a is silent: b serves 1, 2 now");
   expect(assignedWords(of({ b: ["3"] }, { a: "silent" }), of({ a: [], b: ["3"] }, { a: "returning" }))).toBe("a is well again");

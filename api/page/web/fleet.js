@@ -74,10 +74,16 @@ export class Fleet {
     return this.runs.find(({ name }) => name === this.chosen) ?? this.runs[0];
   }
 
+  /** The craft that were in the fleet at `t`, the one whose numbers are shown first: the map follows that. @param {number} t */
+  runsAt(t) {
+    const then = this.recording.assignedAt(t), are = this.runs.filter(({ name }) => !then || then.craft.has(name) || then.away.has(name)), { run } = this;
+    return are.includes(run) ? [run, ...are.filter((other) => other !== run)] : are.length ? are : this.runs;
+  }
+
   /** Its AUVs at the moment shown, or now. @param {string} id @param {number} [t] @returns {string[]} */
   servedBy(id, t = this.shown.t) {
     const { recording } = this, then = recording.assignedAt(t) ?? recording.assigned[0];
-    return then?.craft[id] ?? (then ? [] : recording.mission.surface_craft?.find((craft) => craft.id === id)?.auvs ?? []);
+    return then?.craft.get(id) ?? (then ? [] : recording.mission.surface_craft?.find((craft) => craft.id === id)?.auvs ?? []);
   }
 
   /** The colour of an AUV is that of the craft that serves it. @param {string} auv @param {number} t */
@@ -111,7 +117,8 @@ export class Fleet {
   take({ surface_craft = [] }, event, ageOf, summaryOf) {
     const id = event.craft ?? event.heard?.craft, craft = surface_craft.find((one) => one.id === id), said = event.heard?.steering?.at(-1);
     if (event.kind === "assigned") {
-      for (const one of surface_craft) Object.assign(one, { away: event.away?.[one.id], auvs: event.assignment.craft.find((/** @type {CraftJson} */ other) => other.id === one.id)?.auvs ?? [] });
+      const now = this.recording.assignedAt(event.t_s);
+      for (const one of surface_craft) Object.assign(one, { away: now?.away.get(one.id), auvs: now?.craft.get(one.id) ?? [] });
     }
     if (!craft) return;
     const ages = this.agesOf(id);
@@ -182,7 +189,7 @@ export class Fleet {
     const { shown: { t, isNow }, recording, state } = this, one = isNow && state?.craft?.find((craft) => craft.id === id), plans = recording.craftOf(id)?.plans, i = plans?.indexAt(t) ?? -1;
     if (one) return { ...one.state, words: one.standsBy ? `stood down: ${one.state.words}` : one.state.words };
     if (isNow && recording.mission.status !== "running") return stateOf(recording.mission);
-    const away = recording.assignedAt(t)?.away[id];
+    const away = recording.assignedAt(t)?.away.get(id);
     if (away) return AWAY[away] ?? { words: away, why: "", tone: "bad" };
     if (plans && i >= 0 && plans.column("degraded")[i]) return { words: "degraded", why: "", tone: "bad" };
     return { words: "steering not recorded", why: "", tone: "" };

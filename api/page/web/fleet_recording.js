@@ -22,7 +22,7 @@ class CraftRecording extends Recording {
 
   /** @param {number} t */
   servedAt(t) {
-    const auvs = this.fleet.assignedAt(t)?.craft[this.id] ?? [];
+    const auvs = this.fleet.assignedAt(t)?.craft.get(this.id) ?? [];
     return new Map([...this.places].filter(([id]) => auvs.includes(id)));
   }
 
@@ -138,10 +138,11 @@ export class FleetRecording extends Recording {
 
   /** @param {any} event */
   takeAssigned({ t_s, assignment, away = {} }) {
-    const now = { t_s, away, craft: Object.fromEntries(assignment.craft.map((/** @type {any} */ { id, auvs }) => [id, auvs])) };
+    /** @type {Assigned} */
+    const now = { t_s, away: new Map(Object.entries(away)), craft: new Map(assignment.craft.map((/** @type {any} */ { id, auvs }) => [id, auvs])) };
     this.version += 1;
     this.assigned = [...this.assigned.filter((other) => other.t_s !== t_s), now].sort((a, b) => a.t_s - b.t_s);
-    this.join(Object.keys(now.craft));
+    this.join([...now.craft.keys()]);
     const words = assignedWords(this.assigned[this.assigned.indexOf(now) - 1], now);
     if (words) this.journal.happened(t_s, "assigned", words);
   }
@@ -153,18 +154,18 @@ export class FleetRecording extends Recording {
 
   /** The craft that served an AUV at `t`. @param {string} auv @param {number} t */
   serverOf(auv, t) {
-    return Object.entries(this.assignedAt(t)?.craft ?? {}).find(([, auvs]) => auvs.includes(auv))?.[0];
+    return [...this.assignedAt(t)?.craft ?? []].find(([, auvs]) => auvs.includes(auv))?.[0];
   }
 }
 
 /** What is new, and why: "asc-1 is silent: asc-2 serves auv-3 now". @param {Assigned | undefined} before @param {Assigned} now */
 export function assignedWords(before, now) {
-  const serves = (/** @type {string} */ id, /** @type {string[]} */ auvs) => `${id} serves ${auvs.join(", ")}`;
-  const news = Object.entries(now.craft).map(([id, auvs]) => /** @type {[string, string[]]} */ ([id, auvs.filter((auv) => !before?.craft[id]?.includes(auv))])).filter(([, auvs]) => auvs.length);
-  const moved = news.map(([id, auvs]) => `${serves(id, auvs)}${before ? " now" : ""}`).join("; ");
-  const ids = [...new Set([...Object.keys(before?.away ?? {}), ...Object.keys(now.away)])].filter((id) => before?.away[id] !== now.away[id]);
-  const why = ids.map((id) => `${id} ${Object.hasOwn(now.away, id) ? ABSENCES[now.away[id]] ?? now.away[id] : "can serve again"}`);
-  const left = Object.keys(before?.craft ?? {}).filter((id) => !Object.hasOwn(now.craft, id) && !Object.hasOwn(now.away, id)).map((id) => `${id} is not in the fleet any more`);
-  const unserved = Object.values(before?.craft ?? {}).flat().filter((auv) => !Object.values(now.craft).flat().includes(auv));
+  const was = before?.craft ?? new Map(), isServed = [...now.craft.values()].flat();
+  const news = Array.from(now.craft, ([id, auvs]) => /** @type {[string, string[]]} */ ([id, auvs.filter((auv) => !was.get(id)?.includes(auv))])).filter(([, auvs]) => auvs.length);
+  const moved = news.map(([id, auvs]) => `${id} serves ${auvs.join(", ")}${before ? " now" : ""}`).join("; ");
+  const ids = [...new Set([...before?.away.keys() ?? [], ...now.away.keys()])].filter((id) => before?.away.get(id) !== now.away.get(id)), absence = (/** @type {string} */ away) => ABSENCES[away] ?? away;
+  const why = ids.map((id) => `${id} ${absence(now.away.get(id) ?? "can serve again")}`);
+  const left = [...was.keys()].filter((id) => !now.craft.has(id) && !now.away.has(id)).map((id) => `${id} is not in the fleet any more`);
+  const unserved = [...was.values()].flat().filter((auv) => !isServed.includes(auv));
   return [[...why, ...left].join(", "), [moved, unserved.length && `nobody serves ${unserved.join(", ")} now`].filter(Boolean).join("; ")].filter(Boolean).join(": ");
 }

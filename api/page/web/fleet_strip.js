@@ -68,7 +68,7 @@ export class FleetStrip {
     /** @type {{ start: number, end: number, auvs: string[], away?: string }[]} */
     const found = [];
     assigned.filter(({ t_s }) => t_s <= t).forEach(({ t_s, craft, away }, i, all) => {
-      const end = all[i + 1]?.t_s ?? t, part = { start: Math.max(t_s, from), end, auvs: craft[id] ?? [], away: away[id] }, last = found.at(-1);
+      const end = all[i + 1]?.t_s ?? t, part = { start: Math.max(t_s, from), end, auvs: craft.get(id) ?? [], away: away.get(id) }, last = found.at(-1);
       if (last && last.away === part.away && (part.away || String(last.auvs) === String(part.auvs))) last.end = end;
       else if (end >= from) found.push(part);
     });

@@ -37,7 +37,7 @@ export async function missionView(root, context, id) {
   const path = `/v1/missions/${encodeURIComponent(id)}`;
   const [mission, scene] = await Promise.all([askJson(path, { signal: stop.signal }), askJson(`${path}/scene`, { signal: stop.signal })]);
   mission.scene = scene;
-  const fleet = scene.surface_craft?.length ? new (await import("./fleet.js")).Fleet() : undefined;
+  const fleet = mission.setting?.surface_craft?.length ? new (await import("./fleet.js")).Fleet() : undefined;
   if (context.gone()) return;
   new LiveMission(root, context, mission, stop.signal, fleet).start();
 }
@@ -202,8 +202,9 @@ class LiveMission {
 
   /** @param {number} sequence @param {any} event */
   take(sequence, event) {
-    // The record counts all positions from the new origin.
-    if (event.kind === "changed" && event.setting.origin) return location.reload();
+    // The record counts all positions from the new origin. A mission may become that of a fleet, or no longer be it.
+    const { origin, surface_craft: craft } = event.kind === "changed" ? event.setting : {};
+    if (origin || (craft !== undefined && Boolean(craft?.length) !== Boolean(this.fleet))) return location.reload();
     if (event.kind === "changed" && event.setting.paths) this.lookAtPaths();
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     this.unanswered = false;

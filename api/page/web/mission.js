@@ -230,7 +230,7 @@ export class MissionView {
       this.options.needed?.(t, playback.playing);
       // Maps beside each other have the same axes.
       /** @type {{ runs: Run[], view: MapView }[]} */
-      const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(runs, t, this.layers, this.background, fleet));
+      const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(fleet?.runsAt(t) ?? runs, t, this.layers, this.background, fleet));
       for (const [i, picture] of pictures.entries()) {
         maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }

@@ -56,7 +56,7 @@ export function pictureAt(runs, t, layers, background, fleet) {
   for (const [id, series] of first.places) addTrack(picture, series, t, colourOf(id), first.live ? "dotted" : "solid", id, true);
   // Where it was is in the colour of its hull, unless several runs are told apart: the plan has one of its own.
   for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, several ? colour : "hull", "solid", name || "surface craft");
-  const shown = runs.length === 1 || fleet ? runs : [], known = shown.map(({ recording }) => recording.predictionAt(t)), [believed = null] = known;
+  const shown = runs.length === 1 || fleet ? runs : [], known = shown.map(({ recording }) => recording.predictionAt(t)), believed = known.find(Boolean) ?? null;
   known.forEach((each, i) => each && beliefs(picture, shown[i], each, layers, colourOf, several));
   if (layers.traffic) trueVessels(picture, first, t, believed?.prediction.vessels);
   // Every craft of a fleet knows the same vessels.
@@ -121,7 +121,7 @@ function beliefs(picture, { name, recording, colour }, { t_s, prediction }, laye
     }
   }
   picture.lines.push({ points: prediction.asc, colour, style: "solid", name: "plan" });
-  if (prediction.current) {
+  if (prediction.current && !picture.current) {
     const [north_mps, east_mps] = prediction.current;
     picture.current = { north_mps, east_mps, estimated: !recording.mission.scene?.information?.includes("current known") };
   }
