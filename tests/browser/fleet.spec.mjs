@@ -1,6 +1,6 @@
 // A live mission of three craft and four AUVs: who serves whom, one of the craft falls silent, and another one is stood down.
 
-import { expect, test } from "./fixtures.mjs";
+import { expect, go, test } from "./fixtures.mjs";
 
 const CRAFT = ["asc-1", "asc-2", "asc-3"];
 
@@ -106,6 +106,24 @@ test("one craft is stood down, and the others are not asked for more", async ({ 
   await serves.check();
   await orders.getByRole("button", { name: "Send…" }).click();
   await expect(orders.locator("dialog li")).toHaveText("asc-3 may serve every AUV");
+});
+
+test("a fleet that waits says what to run, which the service accepts", async ({ page, service }) => {
+  const live = { auvs: [{ id: "auv-9" }], surface_craft: [{ id: "the craft" }], goal: { kind: "track", auv: "auv-9" } }, { id } = await service.post("/v1/missions", { schema_version: "1.0", live });
+  await service.post(`/v1/missions/${id}/run`, {});
+  await go(page, service, `#/mission/${id}`);
+  const [bridge, curl] = await page.locator(".empty pre").allTextContents(), [, url, body] = /^curl -s (\S+) .* -d '(.*)'$/.exec(curl);
+  expect(bridge).toContain("--craft 'the craft'");
+  // A craft that was never heard is no alarm, and nothing good.
+  await expect(page.locator(".chip.state")).toHaveText(/steering not known/);
+  await expect(page.locator(".visits")).toBeHidden();
+  const report = JSON.parse(body.replaceAll("'$(date +%s)'", Math.floor(Date.now() / 1000)));
+  expect((await service.post(url.slice(service.url.length), report)).rejected ?? []).toEqual([]);
+  await expect(page.locator(".fleet tbody")).toContainText("serves auv-9");
+  // Another client adds one.
+  await service.patch(`/v1/missions/${id}`, { surface_craft: [{ id: "the craft" }, { id: "another one" }] });
+  await expect(page.locator(".fleet tbody")).toHaveCount(2);
+  await expect(page.getByLabel("Craft whose numbers are shown").locator("option")).toHaveText(["the craft", "another one"]);
 });
 
 for (const name of ["constructor", "<img src=x onerror=alert(1)>", "🐟".repeat(16)]) {

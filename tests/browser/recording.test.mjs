@@ -478,6 +478,10 @@ test("each craft of a fleet has its own track, plans and log, and they share the
     // A disc counts for each craft from when it was put there.
     expect([a, b].map(({ limits }) => limits.brokenUntil(20).length)).toEqual([0, 1]);
   }
+  // A craft that serves nobody has a plan, which is a stop, and no goal.
+  streamed.takeEvent(20, { ...planned("b", 103, "2"), t_s: 15, prediction: { ...prediction(103, "2"), auvs: [] } }, same);
+  loaded.takeLines(["20,planned,15,b,,,,,,,,,0,0,hold,ok,,1,0,1,106,0,5"]);
+  for (const fleet of [streamed, loaded]) expect([fleet.parts.get("b").plans.length, fleet.parts.get("b").goal.length]).toEqual([2, 1]);
   const [a, b] = streamed.parts.values(), none = { fixes: false, goal: true, bounds: true, forecasts: true, traffic: true };
   // Another craft of the fleet is no other vessel.
   expect(a.predictionAt(11).prediction.vessels.map(({ id }) => id)).toEqual(["ship"]);

@@ -16,6 +16,7 @@ class CraftRecording extends Recording {
     this.id = id;
     const { auvs, fixes, estimates, refused, ages } = fleet;
     Object.assign(this, { auvs, fixes, estimates, refused, ages });
+    this.goalOfPlan = /** @type {Parameters<Recording["takeGoal"]> | undefined} */ (undefined);
     this.journal.ranAt = fleet.journal.ranAt;
     this.limits.settings = fleet.limits.settings;
   }
@@ -24,6 +25,22 @@ class CraftRecording extends Recording {
   servedAt(t) {
     const auvs = this.fleet.assignedAt(t)?.craft.get(this.id) ?? [];
     return new Map([...this.places].filter(([id]) => auvs.includes(id)));
+  }
+
+  /** The goal of a plan counts if that has AUVs: a spare craft has none. @param {Parameters<Recording["takeGoal"]>} goal */
+  takeGoal(...goal) {
+    this.goalOfPlan = goal;
+  }
+
+  settleGoal() {
+    if (this.goalOfPlan) super.takeGoal(...this.goalOfPlan);
+    this.goalOfPlan = undefined;
+  }
+
+  /** @param {number} sequence @param {any} event */
+  takePlanned(sequence, event) {
+    super.takePlanned(sequence, event);
+    if (event.prediction?.auvs.length) this.settleGoal();
   }
 
   /** Other craft of the fleet are no other vessels. @param {number} t_s @param {import("./types.js").Prediction} prediction */
@@ -42,6 +59,8 @@ export class FleetRecording extends Recording {
     this.parts = new Map();
     /** Who served whom, in order of time. @type {Assigned[]} */
     this.assigned = [];
+    /** The craft of the last plan of a table, whose AUVs come next. @type {CraftRecording | undefined} */
+    this.planned = undefined;
     for (const id of this.scene.auvs ?? []) this.series(id, this.estimates, ["t", "north", "east", "depth"]);
     this.join(this.scene.surface_craft ?? []);
     this.join((mission.setting?.surface_craft ?? []).map((/** @type {{ id: string }} */ { id }) => id));
@@ -76,7 +95,10 @@ export class FleetRecording extends Recording {
   takeRow(word) {
     const kind = word("kind"), craft = this.craftOf(word("vehicle")), sequence = Number(word("sequence"));
     this.sequence = Math.max(this.sequence, sequence || 0);
-    if (kind === "planned") this.plannedAt(Number(word("t_s")), sequence, Number(word("late_s")));
+    if (kind === "planned") {
+      this.plannedAt(Number(word("t_s")), sequence, Number(word("late_s")));
+      this.planned = craft;
+    } else if (kind === "estimated") this.planned?.settleGoal();
     // Who is assigned to whom, and who is away, say the events.
     if (kind === "assigned") return;
     if (craft && kind === "asc_state") craft.takePlace(kind, Number(word("t_s")), "asc", (name) => Number(word(name) || NaN));

@@ -25,7 +25,7 @@ export class FleetStrip {
     this.sentence = el("p", { class: "visits-next" });
     this.rows = el("div", { class: "visits-rows", role: "img" });
     this.key = el("p", { class: "visits-key" });
-    this.element = el("section", { class: "visits of-fleet", "aria-label": "What each craft does" }, this.sentence, this.rows, this.key);
+    this.element = el("section", { class: "visits of-fleet", "aria-label": "What each craft does", hidden: true }, this.sentence, this.rows, this.key);
   }
 
   /**
@@ -33,6 +33,7 @@ export class FleetStrip {
    * @param {(id: string) => string[]} servedBy
    */
   draw(runs, recording, t, servedBy) {
+    this.element.hidden = false;
     const all = runs.map((run) => ({ ...run, shown: visitsAt(run.recording, t) })), visits = all.some(({ shown }) => shown.goal?.kind === "visit"), [{ shown: { goal, clock } }] = all;
     // Until each AUV was visited.
     const stops = all.flatMap(({ shown: { schedule } }) => (schedule ? tourOf(schedule) : [])), deadlines = Object.values(goal?.serve_by_s ?? {}).filter((time) => time < t + DEADLINE_SHOWN_S);
