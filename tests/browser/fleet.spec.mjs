@@ -66,6 +66,9 @@ test("a craft that falls silent is an alarm by its name, and who takes its AUVs 
   await expect(page.locator(".charts")).toContainText("marks what is in the log");
   // Its own numbers are those of its last plan: none is good.
   await expect(page.locator(".fleet tbody").nth(1).locator(".values td")).toHaveText(["–", "–", /ago/]);
+  await page.getByLabel("Craft whose numbers are shown").selectOption("asc-2");
+  await watched.pass(1);
+  await expect(page.locator(".now.old")).toContainText(/last plan1\d\u00a0s ago|last plan\d\u00a0s ago/);
   // What was so before is still known.
   await page.getByLabel("Time shown").focus();
   await page.keyboard.press("Shift+ArrowLeft");

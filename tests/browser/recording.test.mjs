@@ -475,6 +475,7 @@ test("each craft of a fleet has its own track, plans and log, and they share the
     expect(fleet.plans.column("sequence")[0]).toBe(3);
     expect([12, 14].map((t) => fleet.serverOf("2", t))).toEqual(["b", "a"]);
     expect(fleet.journal.entries.filter(({ kind }) => kind === "assigned").map(({ text }) => text)).toEqual(["a serves 1; b serves 2", "b is silent: a serves 2 now"]);
+    expect(chartEvents(fleet.journal.entries).map(({ words }) => words)).toContain("assigned: b is silent: a serves 2 now");
     // A disc counts for each craft from when it was put there.
     expect([a, b].map(({ limits }) => limits.brokenUntil(20).length)).toEqual([0, 1]);
   }

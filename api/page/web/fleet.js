@@ -74,6 +74,13 @@ export class Fleet {
     return this.runs.find(({ name }) => name === this.chosen) ?? this.runs[0];
   }
 
+  /** How much older a craft's plan is than the last of others, if it is none any more, s. @param {number} t @param {import("./recording.js").Recording} [of] the one whose numbers are shown */
+  behind(t, { plans } = this.run.recording) {
+    const times = this.recording.plans, then = plans.at("t", t);
+    // One of the newest time may still be on its way.
+    return then < times.column("t")[Math.max(times.indexAt(t) - 1, 0)] ? times.at("t", t) - then : 0;
+  }
+
   /** The craft that were in the fleet at `t`, the one whose numbers are shown first: the map follows that. @param {number} t */
   runsAt(t) {
     const then = this.recording.assignedAt(t), are = this.runs.filter(({ name }) => !then || then.craft.has(name) || then.away.has(name)), { run } = this;
@@ -171,10 +178,9 @@ export class Fleet {
     const { runs, recording, shown: { t, isNow } } = this, current = recording.mission.surface_craft ?? [];
     const head = ["reference", "to the goal", "heard"], now = isNow ? recording.plans.last + this.age() : t;
     // Those that have left the fleet have no row.
-    const rows = runs.filter(({ name }) => !isNow || !current.length || current.some(({ id }) => id === name)).map(({ name, colour, recording: { plans, goal, craft } }) => {
-      const i = plans.indexAt(t), plan = (/** @type {string} */ of) => (i < 0 ? NaN : plans.column(of)[i]), age = now - craft.at("t", now);
-      // A plan of the newest time may still be on its way.
-      const since = plans.at("t", t), isPlanned = since >= recording.plans.column("t")[Math.max(recording.plans.indexAt(t) - 1, 0)] && now - since <= PLAN_HELD_S;
+    const rows = runs.filter(({ name }) => !isNow || !current.length || current.some(({ id }) => id === name)).map(({ name, colour, recording: its }) => {
+      const { plans, goal, craft } = its, i = plans.indexAt(t), plan = (/** @type {string} */ of) => (i < 0 ? NaN : plans.column(of)[i]), age = now - craft.at("t", now);
+      const isPlanned = !this.behind(t, its) && now - plans.at("t", t) <= PLAN_HELD_S;
       const { words, why, tone } = this.stateAt(name), auvs = this.servedBy(name), distance = goal.at("distance", t);
       const values = [isPlanned ? `${number(plan("speed"), 1, "m/s")}${plan("speed") > 0 ? `, ${bearing(plan("heading"))}` : ""}` : "–", isPlanned && auvs.length ? number(distance, 0, "m") : "–", Number.isFinite(age) ? `${ageWords(Math.max(age, 0))} ago` : "–"];
       return el("tbody", {}, el("tr", {}, el("th", { scope: "rowgroup", colSpan: head.length }, swatch(colour), named(name), " ", el("span", { class: `chip ${tone}` }, words), why && el("span", { class: "why" }, " ", named(why)))),

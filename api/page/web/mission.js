@@ -287,12 +287,12 @@ export class MissionView {
     fill(this.why ?? el("p"), believed && explanation(believed, { heading: value("heading"), speed: value("speed"), method: recording.methods[value("method")] }));
     // At the end of a live mission the clock runs on without plans.
     const isNow = this.live && this.playback.atEnd && this.hovered === null, since = isNow ? this.options.age?.() ?? 0 : 0;
-    const old = since > 0 && Boolean(this.options.isOld?.());
+    const behind = fleet?.behind(t) ?? 0, old = behind > 0 || (since > 0 && Boolean(this.options.isOld?.()));
     this.now?.classList.toggle("old", old);
     const { origin } = recording.mission, [north, east] = ["north", "east"].map((name) => craft.at(name, t));
     const earth = origin && Number.isFinite(north) ? placeOnEarth(origin, north, east) : null;
     facts(this.now, [
-      ...old ? [["last plan", `${ageWords(since)} ago`]] : [],
+      ...old ? [["last plan", `${ageWords(since + behind)} ago`]] : [],
       ["answered by", value("degraded") ? `${method}, degraded` : method],
       ["distance to the goal", number(goal.at("distance", t), 1, "m")],
       ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
@@ -308,7 +308,7 @@ export class MissionView {
     if (fleet) fleet.draw(t, isNow);
     else this.visits?.draw(visitsAt(recording, t));
     this.drawVessels(believed ? vesselsOf(believed) : []);
-    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);
+    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : behind ? "no plan of it at this time" : "loading, or not stored: an earlier version made this record"]]);
   }
 
   /** @param {import("./traffic.js").Vessel[]} vessels */
