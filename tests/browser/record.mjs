@@ -2,10 +2,10 @@
 // that has nothing else to do; `node record.mjs NAME` records one alone. Whether the service still answers so, `recordings.spec.mjs` says.
 
 import { mkdir, writeFile } from "node:fs/promises";
-import { liveMission, startService } from "./service.mjs";
+import { fleetMission, liveMission, startService } from "./service.mjs";
 
-/** Of the history, the table has the rows of so many last events. */
-const ROWS_OF = 6;
+/** Of the history, the table has the rows of so many last events, and of schedules of a fleet there are so many visits. */
+const ROWS_OF = 6, ROWS_OF_FLEET = 30, VISITS_OF_FLEET = 5;
 const TITLE = "recorded";
 
 /** Each mission: how it is made, until when it goes on before the page opens it, and what is recorded of it. */
@@ -70,6 +70,17 @@ const MISSIONS = {
       await wait(planned(2));
     },
   },
+  // Of three craft one is silent, which is then out of the fleet; the page stands another one down.
+  fleet: {
+    make: fleetMission, how: { ids: ["auv-1", "auv-2", "auv-3", "auv-4"], period_s: 2 }, opened: ({ events }) => planned(12)({ events, from: 0 }), async then({ mission, wait, order }) {
+      await wait(planned(3));
+      mission.say("asc-2", null);
+      await wait(({ mission: { surface_craft: craft } }) => craft[1].away === "silent" && !craft[1].auvs.length);
+      const { setting } = await wait(planned(4));
+      await order({ surface_craft: setting.surface_craft.map((craft) => (craft.id === "asc-3" ? { ...craft, serves: [] } : craft)) });
+      await wait(planned(4));
+    },
+  },
 };
 
 /** So many plans were made since the wait began. */
@@ -82,6 +93,12 @@ function silent(seconds) {
   return ({ mission }) => mission.plan.age_s > seconds;
 }
 
+/** An event of a fleet without the end of its schedule. */
+function shortened(event) {
+  if (event.data.craft) event.data.prediction?.schedule?.visits.splice(VISITS_OF_FLEET);
+  return event;
+}
+
 /** Calls `take` with each event of a mission's stream. */
 async function follow(url, path, take, signal) {
   const answer = await fetch(`${url}${path}/events?after=0`, { signal });
@@ -91,7 +108,7 @@ async function follow(url, path, take, signal) {
     rest = parts.pop();
     for (const part of parts) {
       const fields = Object.fromEntries(part.split("\n").map((line) => [line.slice(0, line.indexOf(":")), line.slice(line.indexOf(":") + 1).trimStart()]));
-      if (fields.data) take({ id: Number(fields.id), event: fields.event, data: JSON.parse(fields.data) });
+      if (fields.data) take(shortened({ id: Number(fields.id), event: fields.event, data: JSON.parse(fields.data) }));
     }
   }
 }
@@ -104,8 +121,8 @@ function difference(before, now) {
   return { ...others, ...plan && { plan: differing(before.plan ?? {}, plan) } };
 }
 
-async function record(service, { how, opened, then }) {
-  const mission = await liveMission(service, { title: TITLE, ...how }), path = `/v1/missions/${mission.id}`;
+async function record(service, { make = liveMission, how, opened, then }) {
+  const mission = await make(service, { title: TITLE, ...how }), path = `/v1/missions/${mission.id}`;
   const events = [], frames = [], stop = new AbortController();
   let began = NaN, last = await service.get(path), scene;
   const at = () => Math.round(1000 * (Date.now() / 1000 - began)) / 1000;
@@ -133,12 +150,13 @@ async function record(service, { how, opened, then }) {
   };
   try {
     await wait(opened);
-    const [reference, csv] = [await service.get(`${path}/reference`), await (await fetch(`${service.url}${path}/record?format=csv`)).text()];
-    const opening = { mission: await look(), scene, reference, csv, events: [] };
+    const csv = await (await fetch(`${service.url}${path}/record?format=csv`)).text(), craft = scene.surface_craft;
+    const references = craft && Object.fromEntries(await Promise.all(craft.map(async (name) => [name, await service.get(`${path}/reference?craft=${name}`)])));
+    const opening = { mission: await look(), scene, ...craft ? { references } : { reference: await service.get(`${path}/reference`) }, csv, events: [] }, rows_of = craft ? ROWS_OF_FLEET : ROWS_OF;
     began = Date.now() / 1000;
     const [head, ...rows] = csv.split("\n"), sequence = Number(rows.at(-2).split(",")[0]);
-    opening.csv = [head, ...rows.filter((row) => !row || Number(row.split(",")[0]) > sequence - ROWS_OF)].join("\n");
-    opening.events = events.filter(({ id }) => id > sequence - ROWS_OF);
+    opening.csv = [head, ...rows.filter((row) => !row || Number(row.split(",")[0]) > sequence - rows_of)].join("\n");
+    opening.events = events.filter(({ id, event }) => id > sequence - rows_of || event === "assigned");
     await service.post(`${path}/reports`, { notes: [{ t_s: Date.now() / 1000, text: "a note" }] });
     await then({ service, mission, path, wait, order });
     await look();

@@ -67,7 +67,7 @@ export async function play(page, service, name, { renamed, ahead_s = 0 } = {}) {
     "/v1/missions": (answer) => json(answer, { missions: [mission] }),
     [path]: (answer) => json(answer, mission, 200, { etag: `"${mission.revision}"` }),
     [`${path}/scene`]: (answer) => json(answer, scene),
-    [`${path}/reference`]: (answer) => json(answer, opening.reference),
+    [`${path}/reference`]: (answer, query) => json(answer, opening.reference ?? opening.references[query.get("craft")]),
     [`${path}/record`]: (answer, query) => {
       if (query.get("format") !== "csv") return lines(answer, query.get("kinds"), Number(query.get("after") ?? 0));
       answer.writeHead(200, { "content-type": "text/csv" });

@@ -9,6 +9,7 @@ import { scores, worstStretch } from "../../api/page/web/scores.js";
 import { chartsOf } from "../../api/page/web/curves.js";
 import { differences } from "../../api/page/web/differences.js";
 import { explanation } from "../../api/page/web/explanation.js";
+import { assignedWords, FleetRecording } from "../../api/page/web/fleet_recording.js";
 import { chartEvents } from "../../api/page/web/journal.js";
 import { OrderDraft, valueAt, withValue } from "../../api/page/web/order_draft.js";
 import { pictureBounds } from "../../api/page/web/drawing.js";
@@ -407,4 +408,101 @@ test("a manoeuvre explains the plan, whatever answers", () => {
   const avoidance = { encounters: [], manoeuvre: { heading_rad: 1, speed_mps: 1, until_s: 9 }, sentence: "giving way to MV Example: turns 40° to starboard, passes 90 m astern" };
   for (const method of ["mpc", "saturated_los"]) expect(explanation({ ...plan, avoidance }, { heading: 1, speed: 1, method })).toBe("Giving way to MV Example: turns 40° to starboard, passes 90 m astern.");
   expect(explanation({ ...plan, avoidance: { ...avoidance, manoeuvre: undefined } }, { heading: 0, speed: 1, method: "mpc" })).toMatch(/^Plan and line of sight steer the same/);
+});
+
+const one = (id, { age_s = 0.5, said_s = 0.5, away, state = "steering", warning_codes = [], auvs = [] } = {}) => ({
+  id, auvs, away, plan: { outcome: "ok", method: "mpc", age_s, period_s: 1, waits_for: [], warnings: [], warning_codes }, steering: { state, why: "", age_s: said_s },
+});
+const fleetOf = (...surface_craft) => ({ id: "m", title: "", kind: "live", status: "running", t_s: 0, plan: surface_craft[0].plan, steering: surface_craft[0].steering, surface_craft });
+
+test("a fleet is as its worst craft, by name, and good only if all are", () => {
+  const well = [one("a"), one("b"), one("c")], state = (...craft) => stateOf(fleetOf(...craft));
+  expect(state(...well)).toMatchObject({ words: "steering", tone: "good", alarm: false });
+  for (let i = 0; i < 3; i += 1) {
+    const worst = (how) => state(...well.with(i, one(well[i].id, how)));
+    expect(worst({ away: "silent", age_s: 40, said_s: 40 })).toMatchObject({ words: `${well[i].id}: silent`, why: "no report for 10 s", tone: "bad", alarm: true });
+    // The last word of who steers it is too old before the service says that it is silent.
+    expect(worst({ said_s: 5 })).toMatchObject({ words: `${well[i].id}: steering not known`, tone: "bad", alarm: true });
+    expect(worst({ state: "not_steering", away: "not_steering" })).toMatchObject({ words: `${well[i].id}: not steering`, alarm: true });
+    expect(worst({ warning_codes: ["craft_does_not_follow"], away: "does_not_follow" })).toMatchObject({ words: `${well[i].id}: the craft does not follow`, alarm: true });
+    expect(worst({ state: "person", away: "person" })).toMatchObject({ words: `${well[i].id}: a person has the craft`, tone: "warn", alarm: false });
+    expect(worst({ away: "returning" })).toMatchObject({ words: `${well[i].id}: returning`, tone: "warn", alarm: false });
+  }
+  const silent = one("a", { away: "silent", age_s: 40, said_s: 40 });
+  expect(state(silent, one("b", { said_s: 9 }), one("c"))).toMatchObject({ words: "a: silent; b: steering not known", alarm: true, age_s: undefined });
+  // One that an order has stood down is no alarm, and no good news.
+  expect(stateOf({ ...fleetOf(silent, ...well.slice(1)), setting: { surface_craft: [{ id: "a", serves: [] }] } })).toMatchObject({ words: "a, stood down: silent", tone: "warn", alarm: false });
+  // Without an answer of the service nothing is known of any; a list knows how long ago it had one.
+  expect(stateOf(fleetOf(...well), { age_s: 9, said_s: 9, lost: "the service does not answer" })).toMatchObject({ words: "all craft: steering not known", why: "the service does not answer", alarm: true, age_s: 9 });
+  // A craft that was never heard may be on its way.
+  expect(state({ id: "a", auvs: [], away: "silent" }, ...well.slice(1))).toMatchObject({ words: "a: steering not known", tone: "warn", alarm: false });
+});
+
+test("what of who serves whom is new is told in words, with why", () => {
+  const of = (craft, away = {}) => ({ t_s: 0, craft: new Map(Object.entries(craft)), away: new Map(Object.entries(away)) }), before = of({ a: ["1", "2"], b: ["3"] });
+  expect(assignedWords(undefined, before)).toBe("a serves 1, 2; b serves 3");
+  expect(assignedWords(before, of({ b: ["3", "1", "2"] }, { a: "silent" }))).toBe("a is silent: b serves 1, 2 now");
+  expect(assignedWords(of({ b: ["3"] }, { a: "silent" }), of({ a: [], b: ["3"] }, { a: "returning" }))).toBe("a is well again");
+  expect(assignedWords(of({ a: [], b: ["1", "3"] }, { a: "returning" }), of({ a: ["1"], b: ["3"] }))).toBe("a can serve again: a serves 1 now");
+  expect(assignedWords(before, of({ b: ["3"] }))).toBe("a is not in the fleet any more: nobody serves 1, 2 now");
+});
+
+test("each craft of a fleet has its own track, plans and log, and they share the AUVs, from a table and from events", () => {
+  const made = () => new FleetRecording({ id: "m", title: "", kind: "live", status: "running", t_s: 0, scene: { auvs: ["1", "2"], surface_craft: ["a", "b"] } });
+  const place = (north_m) => ({ north_m, east_m: 0, heading_rad: 0, speed_mps: 1 });
+  const prediction = (north, auv) => ({ after_s: [0, 1], asc: [[north, 0], [north + 1, 0]], goal: [[north + 5, 0]], line_of_sight: [], auvs: [{ id: auv, positions: [[north + 5, 1]], depths_m: [9], covariances_m2: [], age_s: 1, drift: [0, 0] }], rms_m: 1, vessels: [{ id: "b", position: [0, 0], age_s: 0 }, { id: "ship", position: [0, 0], age_s: 0 }] });
+  const planned = (craft, north, auv) => ({ kind: "planned", craft, t_s: 11, late_s: 0, solve_time_ns: 1e6, outcome: "ok", method: "mpc", reference: { speed_mps: 1, heading_rad: 0 }, prediction: prediction(north, auv) });
+  const streamed = made(), events = [
+    { kind: "reported", at_s: 10, heard: { craft: "a", asc: [{ t_s: 10, state: place(1) }] } }, { kind: "reported", at_s: 10, heard: { craft: "b", asc: [{ t_s: 10, state: place(100) }], auvs: { 1: [{ t_s: 9, north_m: 6, east_m: 1, sigma_m: 1 }] } } },
+    planned("a", 2, "1"), planned("b", 101, "2"), { kind: "assigned", t_s: 11, assignment: { craft: [{ id: "a", auvs: ["1"] }, { id: "b", auvs: ["2"] }] } }, { kind: "changed", at_s: 12, setting: { keep_outs: [{ north_m: 100, east_m: 0, radius_m: 5 }] } },
+    { kind: "reported", at_s: 13, heard: { craft: "b", asc: [{ t_s: 13, state: place(102) }] } }, { kind: "assigned", t_s: 14, assignment: { craft: [{ id: "a", auvs: ["1", "2"] }] }, away: { b: "silent" } },
+  ];
+  events.forEach((event, i) => streamed.takeEvent(i + 1, event, same));
+  const loaded = made();
+  loaded.takeLines([
+    "sequence,kind,t_s,vehicle,north_m,east_m,depth_m,heading_rad,speed_mps,sway_mps,sigma_m,age_s,reference_speed_mps,reference_heading_rad,method,outcome,reason,solve_ms,late_s,predicted_rms_m,goal_north_m,goal_east_m,goal_distance_m",
+    "1,asc_state,10,a,1,0,,0,1,,,,,,,,,,,,,,", "2,asc_state,10,b,100,0,,0,1,,,,,,,,,,,,,,", "2,fix,9,1,6,1,,,,,1,,,,,,,,,,,,",
+    "3,planned,11,a,,,,,,,,,1,0,mpc,ok,,1,0,1,7,0,5", "3,estimated,11,1,7,1,9,,,,,1,,,,,,,,,,,", "4,planned,11,b,,,,,,,,,1,0,mpc,ok,,1,0,1,106,0,5", "4,estimated,11,2,106,1,9,,,,,1,,,,,,,,,,,",
+    "5,assigned,11,1,,,,,,,,,,,,,a,,,,,,", "6,changed,12,,,,,,,,,,,,,,,,,,,,", "7,asc_state,13,b,102,0,,0,1,,,,,,,,,,,,,,",
+  ]);
+  for (const event of [events[4], events[5], events[7]]) loaded.takePast(event, same);
+  for (const fleet of [streamed, loaded]) {
+    const [a, b] = fleet.parts.values();
+    expect([a.craft.length, b.craft.length, a.plans.length, b.plans.length, fleet.plans.length]).toEqual([1, 2, 1, 1, 1]);
+    expect([a.craft.at("north", 12), b.craft.at("north", 12), b.craft.at("north", 13)]).toEqual([1, 100, 102]);
+    expect([a.goal.at("north", 12), b.goal.at("north", 12)]).toEqual([7, 106]);
+    for (const part of [a, b]) expect([part.places.get("1").at("north", 12), part.places.get("2").at("north", 12), part.fixes.get("1").length]).toEqual([7, 106, 1]);
+    expect(fleet.plans.column("sequence")[0]).toBe(3);
+    expect([12, 14].map((t) => fleet.serverOf("2", t))).toEqual(["b", "a"]);
+    expect(fleet.journal.entries.filter(({ kind }) => kind === "assigned").map(({ text }) => text)).toEqual(["a serves 1; b serves 2", "b is silent: a serves 2 now"]);
+    expect(chartEvents(fleet.journal.entries).map(({ words }) => words)).toContain("assigned: b is silent: a serves 2 now");
+    // A disc counts for each craft from when it was put there.
+    expect([a, b].map(({ limits }) => limits.brokenUntil(20).length)).toEqual([0, 1]);
+  }
+  // A craft that serves nobody has a plan, which is a stop, and no goal.
+  streamed.takeEvent(20, { ...planned("b", 103, "2"), t_s: 15, prediction: { ...prediction(103, "2"), auvs: [] } }, same);
+  loaded.takeLines(["20,planned,15,b,,,,,,,,,0,0,hold,ok,,1,0,1,106,0,5"]);
+  for (const fleet of [streamed, loaded]) expect([fleet.parts.get("b").plans.length, fleet.parts.get("b").goal.length]).toEqual([2, 1]);
+  const [a, b] = streamed.parts.values(), none = { fixes: false, goal: true, bounds: true, forecasts: true, traffic: true };
+  // Another craft of the fleet is no other vessel.
+  expect(a.predictionAt(11).prediction.vessels.map(({ id }) => id)).toEqual(["ship"]);
+  const runs = [["a", "craft-1", a], ["b", "craft-2", b]].map(([name, colour, part]) => ({ name, colour, recording: part }));
+  const pictureOf = (t) => pictureAt(runs, t, none, { lines: [], marks: [] }, { colourOf: (auv, at) => runs.find(({ name }) => name === streamed.serverOf(auv, at))?.colour ?? "soft" });
+  const coloursAt = (t) => Object.fromEntries(pictureOf(t).vehicles.map(({ name, colour }) => [name, colour]));
+  expect(coloursAt(13)).toMatchObject({ a: "craft-1", b: "craft-2", 1: "craft-1", 2: "craft-2" });
+  expect(coloursAt(14)).toMatchObject({ a: "craft-1", b: "craft-2", 1: "craft-1", 2: "craft-1" });
+  expect(pictureOf(13).lines.filter(({ name }) => name === "plan").map(({ colour }) => colour)).toEqual(["craft-1", "craft-2"]);
+});
+
+test("a craft of a fleet that is stood down has its whole list sent, and is taken back", () => {
+  const draft = new OrderDraft(() => {}), craft = [{ id: "a", limits: { speed_max_mps: 2, speed_min_mps: null } }, { id: "b", serves: ["1"] }];
+  draft.settle({ goal: { kind: "track", auv: "1" }, surface_craft: craft });
+  expect(draft.edited).toEqual([]);
+  draft.edit({ surface_craft: withValue(draft.now, ["surface_craft", 1, "serves"], []).surface_craft });
+  expect(draft.words()).toEqual(["b stands down: it serves nobody"]);
+  expect(draft.patch()).toEqual({ surface_craft: [{ id: "a", limits: { speed_max_mps: 2 } }, { id: "b", serves: [] }] });
+  draft.edit({ surface_craft: withValue(draft.now, ["surface_craft", 1, "serves"], ["1"]).surface_craft });
+  expect(draft.edited).toEqual([]);
+  draft.edit({ surface_craft: withValue(draft.now, ["surface_craft", 1, "serves"], undefined).surface_craft });
+  expect(draft.words()).toEqual(["b may serve every AUV"]);
 });

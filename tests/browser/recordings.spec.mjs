@@ -26,7 +26,7 @@ test("every recorded answer and event is as the service describes it", async ({ 
   for (const file of readdirSync(new URL("recordings", import.meta.url))) {
     const { opening, frames } = recorded(file.replace(".ndjson", ""));
     let { mission } = opening;
-    expect(described("CurrentReference", opening.reference)).toEqual([]);
+    for (const reference of Object.values(opening.references ?? [opening.reference])) expect(described("CurrentReference", reference)).toEqual([]);
     for (const frame of [opening, ...opening.events, ...frames]) {
       if (frame.mission) mission = frame === opening ? mission : changed(mission, frame.mission);
       const found = [...described("Mission", frame.answer ?? mission), ...frame.scene ? described("Scene", frame.scene) : [], ...frame.event ? described("Event", frame.data) : [], ...frame.order ? described("Setting", frame.order.body) : []];

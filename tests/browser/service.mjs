@@ -85,13 +85,25 @@ export async function posed(service, { ids = ["auv-1", "auv-2"], title = "posed"
   return id;
 }
 
+/** A craft turns and gathers way as its reference says, if it has one, and goes on for `step` seconds. */
+function sail(craft, reference, step) {
+  if (reference) {
+    const { heading_rad, speed_mps } = reference, turn = Math.atan2(Math.sin(heading_rad - craft.heading_rad), Math.cos(heading_rad - craft.heading_rad));
+    const heading = craft.heading_rad + within(turn, TURN_RADPS * step);
+    craft.heading_rad = Math.atan2(Math.sin(heading), Math.cos(heading));
+    craft.speed_mps += within(speed_mps - craft.speed_mps, ACCELERATION_MPS2 * step);
+  }
+  craft.north_m += step * craft.speed_mps * Math.cos(craft.heading_rad);
+  craft.east_m += step * craft.speed_mps * Math.sin(craft.heading_rad);
+}
+
 /**
  * A live mission of `ids`, whose AUVs go north beside each other, and a craft that does what its references say, reported once a second of the mission's
  * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move. It says with each report that it is steered, or what it is to
  * `say`, and what `traffic` is after so many seconds, at the moment that is passed to it.
  */
 export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false, traffic = () => [] } = {}) {
-  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin, no_go };
+  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
   const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);
@@ -101,13 +113,7 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
     const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5);
     last = t_s;
     const current = await service.get(`/v1/missions/${id}/reference`).catch(() => null);
-    if (current && !stuck) {
-      const { heading_rad, speed_mps } = current.plan.reference, turn = Math.atan2(Math.sin(heading_rad - craft.heading_rad), Math.cos(heading_rad - craft.heading_rad));
-      craft.heading_rad += within(turn, TURN_RADPS * step);
-      craft.speed_mps += within(speed_mps - craft.speed_mps, ACCELERATION_MPS2 * step);
-    }
-    craft.north_m += step * craft.speed_mps * Math.cos(craft.heading_rad);
-    craft.east_m += step * craft.speed_mps * Math.sin(craft.heading_rad);
+    sail(craft, stuck ? null : current?.plan.reference, step);
     n += 1;
     const auvs = Object.fromEntries(ids.map((name, i) => {
       const north_m = 0.2 * (t_s - start) + Math.sin(n * 1.7 + i), east_m = 25 * i + Math.cos(n * 2.3 + i) + (n % 10 === 9 && i === 0 ? 60 : 0);
@@ -122,4 +128,37 @@ export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate
     }
   })();
   return { id, say: (now) => { word = now; }, stop: () => { stopped = true; return run; } };
+}
+
+/**
+ * A live mission of several craft that share AUVs, which go to and fro on lanes beside each other; its goal visits them unless `goal` says another. Each craft does
+ * what its references say, and says that it is steered, or what it is to `say`; of one that is told to say `null` nothing is heard.
+ */
+export async function fleetMission(service, { craft = ["asc-1", "asc-2", "asc-3"], ids = Array.from({ length: 6 }, (_, i) => `auv-${i + 1}`), goal, clockRate = 1, period_s = 1, title = "a fleet" } = {}) {
+  const live = {
+    auvs: ids.map((id) => ({ id })), surface_craft: craft.map((id, i) => ({ id, limits: { speed_max_mps: 1.5 + 0.1 * i } })), goal: { kind: "visit", auvs: ids, ...goal },
+    clock_rate: clockRate, period_s, keep_outs: KEEP_OUTS, vessel_separation_m: 10,
+  };
+  const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live }), path = `/v1/missions/${id}`;
+  await service.post(`${path}/run`, {});
+  const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s), words = new Map(craft.map((name) => [name, { state: "steering" }]));
+  const craftAt = new Map(craft.map((name, i) => [name, { ...CRAFT, north_m: 80 * i - 120, east_m: -40 * i }]));
+  let last = clock(), stopped = false;
+  const start = last, tick = async () => {
+    const t_s = clock() - 0.05 * clockRate, step = Math.min(t_s - last, 5), after = t_s - start;
+    last = t_s;
+    const auvs = Object.fromEntries(ids.map((name, i) => [name, [{ t_s, north_m: 65 * (i - ids.length / 2) + 15 * Math.sin(after / 200 + i), east_m: 150 * Math.sin(after / 250 + 1.3 * i), depth_m: 8 + (i % 3), sigma_m: 1 }]]));
+    await Promise.all([service.post(`${path}/reports`, { auvs }), ...Array.from(craftAt, async ([name, state]) => {
+      const word = words.get(name), given = await service.get(`${path}/reference?craft=${name}`).catch(() => null);
+      sail(state, word?.state === "steering" ? given?.plan.reference : null, step);
+      if (word) await service.post(`${path}/reports`, { craft: name, asc: [{ t_s, state }], steering: [{ t_s: clock(), ...word }] });
+    })]);
+  };
+  const run = (async () => {
+    while (!stopped) {
+      await tick().catch(() => {});
+      await new Promise((resume) => setTimeout(resume, Math.max(1000 / clockRate, 50)));
+    }
+  })();
+  return { id, say: (name, now) => words.set(name, now), stop: () => { stopped = true; return run; } };
 }

@@ -426,8 +426,8 @@ async fn the_page_loads_nothing_from_elsewhere() {
         let text = answer.text.replace("http://www.w3.org/2000/svg", "");
         assert!(!text.contains("://"), "{}", file.path);
     }
-    // The first load of a phone: missions and comparisons, with the pictures of the gallery. Manual
-    // orders come with the first live mission, plans of a snapshot with the first of them.
+    // The first load of a phone: missions, with the pictures of the gallery. Manual orders come with
+    // the first live mission, fleets, comparisons and plans of a snapshot with the first of them.
     assert!(first_load < 270_000, "{first_load} bytes");
     assert!(documentation < 25_000, "{documentation} bytes");
     // Interactive documentation runs no script but its own.

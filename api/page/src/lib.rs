@@ -70,17 +70,24 @@ pub static FILES: LazyLock<Vec<File>> = files! {
     "/docs.css": STYLE, "docs.css";
     modules:
     "address" "alarm" "app" "background" "beliefs" "bell" "chart" "chart_canvas" "compare" "comparison"
-    "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "figure" "format"
-    "hand_over" "home" "journal" "lettering" "limits" "live" "map" "measure" "mission" "no_go_form" "order_draft"
-    "order_form" "order_map" "orders" "picture" "plan" "plan_picture" "plan_tables" "playback" "pointers"
-    "predictions" "recording" "route_form" "scores" "series" "service" "symbols" "theme" "thumbnail"
-    "traffic" "visits"
+    "copy_as" "csv" "curves" "differences" "docs" "dom" "drawing" "editor" "explanation" "figure" "fleet"
+    "fleet_recording" "fleet_strip" "format" "hand_over" "home" "journal" "lettering" "limits" "live" "map"
+    "measure" "mission" "no_go_form" "order_draft" "order_form" "order_map" "orders" "picture" "plan"
+    "plan_picture" "plan_tables" "playback" "pointers" "predictions" "recording" "route_form" "scores"
+    "series" "service" "symbols" "theme" "thumbnail" "traffic" "visits"
 };
 
-/// Files that only plans of a snapshot, live missions with orders and the API documentation load.
-pub const ON_DEMAND: [&str; 13] = [
+/// Files that only comparisons, plans of a snapshot, live missions with orders, fleets and the API
+/// documentation load.
+pub const ON_DEMAND: [&str; 19] = [
+    "/compare.js",
+    "/comparison.js",
     "/copy_as.js",
+    "/differences.js",
     "/editor.js",
+    "/fleet.js",
+    "/fleet_recording.js",
+    "/fleet_strip.js",
     "/no_go_form.js",
     "/order_draft.js",
     "/order_form.js",

@@ -5,6 +5,7 @@ import { duration, methodName } from "./format.js";
 /**
  * @typedef {import("./types.js").MissionJson} MissionJson
  * @typedef {import("./types.js").MissionState} MissionState
+ * @typedef {{ age_s?: number, said_s?: number, lost?: string, traffic?: import("./types.js").TrafficState, craft?: (id: string) => Seen }} Seen
  */
 
 /** The plan of a running live mission is stale if it is older than so many periods: of one that nobody says to steer. */
@@ -27,6 +28,15 @@ const REASONS = {
   stale_report: "the goal's last report is too old",
 };
 
+/** Why a craft of a fleet serves no AUV, as its state. @type {{ [away: string]: MissionState }} */
+export const AWAY = {
+  silent: { words: "silent", why: "no report for 10 s", tone: "bad", alarm: true },
+  not_steering: { words: "not steering", why: "", tone: "bad", alarm: true },
+  does_not_follow: { words: CRAFT_ALARMS.craft_does_not_follow, why: "", tone: "bad", alarm: true },
+  person: { words: "a person has the craft", why: "", tone: "warn", alarm: false },
+  returning: { words: "returning", why: "serves again when it was well for long enough", tone: "warn", alarm: false },
+};
+
 /** Greatest age of a plan that counts, s. @param {number} [period_s] */
 export function ageMax(period_s = 1) {
   return STALE_PERIODS * period_s;
@@ -45,15 +55,43 @@ export function isAlarm(code) {
 /**
  * The state of a mission. Traffic is no alarm, but nothing is good with it too near or not known.
  * @param {MissionJson} mission
- * @param {{ age_s?: number, said_s?: number, lost?: string, traffic?: import("./types.js").TrafficState }} [seen] ages of the last plan and of the last
- *   word of whoever steers the craft, and what is not good of the traffic, if the caller knows them better, and why the service is not heard
+ * @param {Seen} [seen] ages of the last plan and of the last word of whoever steers the craft, and what is not good of the traffic, if the caller knows
+ *   them better, those of each craft of a fleet, and why the service is not heard
  * @returns {MissionState}
  */
 export function stateOf(mission, seen = {}) {
+  if (mission.status === "running" && mission.surface_craft?.length) return stateOfFleet(mission, mission.surface_craft, seen);
   const state = steeringOf(mission, seen), warned = mission.plan?.warning_codes?.includes("vessel_too_near");
   const traffic = seen.traffic ?? (warned ? { why: "vessel comes too near" } : undefined);
   if (!traffic || mission.status !== "running" || state.age_s !== undefined) return state;
   return { ...state, ...traffic, why: [state.why, traffic.why].filter(Boolean).join("; "), tone: state.tone === "good" ? "warn" : state.tone };
+}
+
+/** How bad a state is. @param {MissionState} state */
+function badness({ tone, alarm }) {
+  return 2 * ["", "good", "warn", "bad"].indexOf(tone) + Number(alarm);
+}
+
+/**
+ * The state of a fleet is that of its worst craft, by name; all are in `craft`.
+ * @param {MissionJson} mission @param {import("./types.js").CraftJson[]} fleet @param {Seen} seen @returns {MissionState}
+ */
+function stateOfFleet({ plan, setting, ...mission }, fleet, seen) {
+  // Who knows no ages of each craft knows how long ago the answer was.
+  const by = seen.age_s !== undefined && plan ? seen.age_s - plan.age_s : 0, aged = (/** @type {{ age_s: number } | undefined} */ of) => of && of.age_s + by;
+  const craft = fleet.map(({ id, away, plan: its, steering }) => {
+    const known = { age_s: aged(its), said_s: aged(steering), lost: seen.lost, ...seen.craft?.(id) };
+    const steered = stateOf({ ...mission, plan: its, steering, surface_craft: [] }, known), isNew = !its && !steering, absent = !isNew && away && AWAY[away];
+    const state = absent && (away === "silent" || badness(steered) < badness(absent)) ? { ...steered, ...absent } : steered;
+    const standsBy = setting?.surface_craft?.find((/** @type {{ id: string }} */ other) => other.id === id)?.serves?.length === 0;
+    // Nothing is asked of it.
+    return { id, standsBy, state: standsBy && state.alarm ? { ...state, tone: /** @type {"warn"} */ ("warn"), alarm: false } : state };
+  });
+  const worst = Math.max(...craft.map(({ state }) => badness(state))), those = craft.filter(({ state }) => badness(state) === worst), [{ state }] = those;
+  const alike = those.length === craft.length && those.every(({ state: { words, why } }) => words === state.words && why === state.why);
+  const words = those.map(({ id, standsBy, state: its }) => `${id}${standsBy ? ", stood down" : ""}: ${its.words}`).join("; "), newest = Math.min(...craft.map(({ state: { age_s = NaN } }) => age_s));
+  const told = alike ? { words: state.tone === "good" ? state.words : `all craft: ${state.words}` } : those.length > 1 ? { words, why: "", near: undefined } : { words };
+  return { ...state, ...told, age_s: Number.isNaN(newest) ? undefined : newest, craft };
 }
 
 /**

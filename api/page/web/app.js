@@ -4,7 +4,6 @@ import { el, fill } from "./dom.js";
 import { ask, askJson, door, isUnreachable, Refusal, useToken } from "./service.js";
 import { homeView } from "./home.js";
 import { missionView } from "./live.js";
-import { compareView } from "./compare.js";
 import { themeChoice } from "./theme.js";
 
 /**
@@ -76,8 +75,10 @@ async function route() {
       go: (hash) => { if (location.hash === hash) route(); else location.hash = hash; },
     };
     if (view === "mission") await missionView(main, context, decoded(id));
-    else if (view === "compare") await compareView(main, context, parameters);
-    else if (view === "plan") {
+    else if (view === "compare") {
+      const { compareView } = await import("./compare.js");
+      if (turn === shown) await compareView(main, context, parameters);
+    } else if (view === "plan") {
       const { planView } = await import("./plan.js");
       if (turn === shown) planView(main, context, parameters);
     }

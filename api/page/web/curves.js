@@ -73,9 +73,10 @@ function curve(series, y, name, colour, how = {}) {
 /**
  * The charts of `runs` that have data.
  * @param {Run[]} runs
+ * @param {(auv: string) => string} [colourOf] an AUV, unless each has a colour of its own
  * @returns {Chart[]}
  */
-export function chartsOf(runs) {
+export function chartsOf(runs, colourOf) {
   const one = runs.length === 1, first = runs[0].recording, middle = mostly(runs), low = middle === "north" ? -180 : 0;
   const each = (/** @type {(run: Run, colour: string, name: string) => Curve[]} */ of) => runs.flatMap((run) => of(run, one ? "plan" : run.colour, one ? "" : run.name));
   const label = (/** @type {string} */ name, /** @type {string} */ what) => [name, what].filter(Boolean).join(", ");
@@ -104,8 +105,8 @@ export function chartsOf(runs) {
         curve(recording.craft, headings(recording.craft, "heading", low), label(name, "actual"), colour),
       ]),
     },
-    { id: "depth", title: "Depth", unit: "m", down: true, zero: true, curves: auvCurves(first.places, "depth") },
-    { id: "age", title: "Time since each AUV was heard", unit: "s", zero: true, curves: auvCurves(first.ages, "age").filter(isLate) },
+    { id: "depth", title: "Depth", unit: "m", down: true, zero: true, curves: auvCurves(first.places, "depth", colourOf) },
+    { id: "age", title: "Time since each AUV was heard", unit: "s", zero: true, curves: auvCurves(first.ages, "age", colourOf).filter(isLate) },
     {
       id: "energy", title: "Propulsion energy", unit: "J", zero: true,
       curves: each(({ recording }, colour, name) => [curve(recording.goal, "energy", name || "energy", colour)]),
@@ -118,9 +119,9 @@ export function chartsOf(runs) {
   return charts.map((chart) => ({ ...chart, curves: chart.curves.filter(shows) })).filter((chart) => chart.curves.length);
 }
 
-/** @param {Map<string, Series>} map @param {string} column */
-function auvCurves(map, column) {
-  return Array.from(map, ([id, series], i) => curve(series, column, id, auvColour(i), { dash: i % 2 ? "dashed" : "solid" }));
+/** @param {Map<string, Series>} map @param {string} column @param {(auv: string) => string} [colourOf] */
+function auvCurves(map, column, colourOf) {
+  return Array.from(map, ([id, series], i) => curve(series, column, id, colourOf?.(id) ?? auvColour(i), { dash: i % 2 ? "dashed" : "solid" }));
 }
 
 /** Whether an AUV was ever silent for longer than from one plan to the next. @param {Curve} of */

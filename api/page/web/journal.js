@@ -69,7 +69,7 @@ export function eventWords(event) {
 }
 
 /** Kinds of entries that charts mark. */
-const MARKED = new Set(["goal jumps", "fault", "fault over", "alarm", "alarm over", "degraded", "recovered", "changed", "paused", "ran", "note", "gap", "clock_set"]);
+const MARKED = new Set(["goal jumps", "fault", "fault over", "alarm", "alarm over", "degraded", "recovered", "changed", "paused", "ran", "note", "gap", "clock_set", "assigned"]);
 
 /** What charts mark, in order of time. @param {LogEntry[]} entries */
 export function chartEvents(entries) {

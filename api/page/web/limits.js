@@ -81,7 +81,7 @@ export class Limits {
     for (const disc of keep_outs) take(`disc ${disc.north_m} ${disc.east_m} ${disc.radius_m}`, "inside a keep-out", disc.radius_m - Math.hypot(north - disc.north_m, east - disc.east_m));
     no_go.forEach(({ polygon, holes = [] }, i) => take(`no-go ${i}`, "inside a no-go area", inside([polygon, ...holes], north, east)));
     if (area.length) take("area", "outside the area", outside(area, north, east));
-    for (const [id, series] of range ? recording.places : []) {
+    for (const [id, series] of range ? recording.servedAt(t) : []) {
       const [n, e, depth] = ["north", "east", "depth"].map((name) => series.at(name, t));
       take(`range ${id}`, `out of acoustic range of ${id}`, Math.hypot(north - n, east - e, depth || 0) - (range ?? Infinity));
     }

@@ -37,17 +37,19 @@ export async function missionView(root, context, id) {
   const path = `/v1/missions/${encodeURIComponent(id)}`;
   const [mission, scene] = await Promise.all([askJson(path, { signal: stop.signal }), askJson(`${path}/scene`, { signal: stop.signal })]);
   mission.scene = scene;
+  const fleet = mission.setting?.surface_craft?.length ? new (await import("./fleet.js")).Fleet() : undefined;
   if (context.gone()) return;
-  new LiveMission(root, context, mission, stop.signal).start();
+  new LiveMission(root, context, mission, stop.signal, fleet).start();
 }
 
 class LiveMission {
-  /** @param {HTMLElement} root @param {Context} context @param {MissionJson} mission @param {AbortSignal} signal */
-  constructor(root, context, mission, signal) {
+  /** @param {HTMLElement} root @param {Context} context @param {MissionJson} mission @param {AbortSignal} signal @param {import("./fleet.js").Fleet} [fleet] */
+  constructor(root, context, mission, signal, fleet) {
     this.context = context;
     this.mission = mission;
     this.signal = signal;
-    this.recording = new Recording(mission);
+    this.fleet = fleet;
+    this.recording = this.record();
     this.link = { name: "loading", detail: "" };
     /** Age of the last plan, s of the mission's clock, and when it had that age, ms of the page's clock: the two may differ. */
     this.freshest = { age: Infinity, at: -Infinity };
@@ -73,11 +75,15 @@ class LiveMission {
     this.became(mission);
   }
 
+  record() {
+    return this.fleet?.record(this.mission) ?? new Recording(this.mission);
+  }
+
   /** @param {Recording} recording @returns {MissionView} */
   viewOf(recording) {
-    const run = { name: "", colour: "plan", recording };
+    const { fleet } = this, runs = fleet?.show(recording, () => this.view.draw(), () => this.planAge()) ?? [{ name: "", colour: "plan", recording }];
     const predictions = new Predictions(recording, { signal: this.signal, fetched: () => this.view.draw(), lost: () => this.linked("lost", "the service does not answer") });
-    return new MissionView(this.body, [run], { before: this.view, side: this.orders.element, tool: this.orders.tool, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge(), isOld: () => this.isOld() });
+    return new MissionView(this.body, runs, { fleet, before: this.view, side: this.orders.element, tool: this.orders.tool, signal: this.signal, needed: (t, playing) => predictions.need(t, playing), age: () => this.planAge(), isOld: () => this.isOld() });
   }
 
   /** Age of the last plan now, on the mission's clock, s. */
@@ -112,7 +118,8 @@ class LiveMission {
   /** The state now, by what was heard last. */
   now() {
     const lost = this.link.name === "lost" ? this.link.detail : this.unanswered ? "the service does not answer" : "";
-    return stateOf(this.mission, { age_s: this.planAge(), said_s: this.since(this.said), traffic: trafficState(this.recording), lost: lost && `connection lost: ${lost}; trying again` });
+    const craft = this.fleet?.seen((then) => this.since(then));
+    return stateOf(this.mission, { age_s: this.planAge(), said_s: this.since(this.said), traffic: trafficState(this.recording), craft, lost: lost && `connection lost: ${lost}; trying again` });
   }
 
   /** Browsers let a hidden page sleep for up to a minute: what it knows then is too old to tell, and is asked first. */
@@ -145,11 +152,12 @@ class LiveMission {
   /** Shows the present while the past is still loading. */
   async preview() {
     if (!this.mission.plan) return;
+    const reference = `/v1/missions/${encodeURIComponent(this.mission.id)}/reference`, asked = this.mission.surface_craft?.map(({ id }) => `${reference}?craft=${encodeURIComponent(id)}`) ?? [reference];
     try {
-      const { plan, t_s, sequence } = await askJson(`/v1/missions/${encodeURIComponent(this.mission.id)}/reference`, { signal: this.signal });
+      const answers = await Promise.all(asked.map((path) => askJson(path, { signal: this.signal })));
       if (this.recording.plans.length) return;
-      const shown = new Recording(this.mission);
-      shown.takeEvent(sequence, previewOf(plan, t_s), (unix) => unix);
+      const shown = this.record();
+      for (const { plan, t_s, sequence, craft } of answers) shown.takeAny(sequence, { ...previewOf(plan, t_s), craft }, (unix) => unix);
       this.view = this.viewOf(shown);
     } catch (error) {
       if (!(error instanceof Refusal)) throw error;
@@ -179,14 +187,14 @@ class LiveMission {
 
   /** The record until now, and the settings, which its table does not have. */
   async past() {
-    const past = new Recording(this.mission), record = `/v1/missions/${encodeURIComponent(this.mission.id)}/record`;
+    const past = this.record(), record = `/v1/missions/${encodeURIComponent(this.mission.id)}/record`;
     for await (const some of lines(await ask(`${record}?format=csv`, { signal: this.signal }))) {
       past.takeLines(some);
       this.progress.value = past.sequence / Math.max(this.mission.sequence ?? 1, 1);
     }
     if (past.live) {
-      for await (const some of lines(await ask(`${record}?format=events_ndjson&kinds=changed`, { signal: this.signal }))) {
-        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) past.limits.take(this.clock(event.at_s), event.setting);
+      for await (const some of lines(await ask(`${record}?format=events_ndjson&kinds=changed${this.fleet ? ",assigned" : ""}`, { signal: this.signal }))) {
+        for (const event of some.filter(Boolean).map((line) => JSON.parse(line))) past.takePast(event, (unix) => this.clock(unix));
       }
     }
     return past;
@@ -194,11 +202,14 @@ class LiveMission {
 
   /** @param {number} sequence @param {any} event */
   take(sequence, event) {
-    // The record counts all positions from the new origin.
-    if (event.kind === "changed" && event.setting.origin) return location.reload();
+    // The record counts all positions from the new origin. A mission may become that of a fleet, or no longer be it.
+    const { origin, surface_craft: craft } = event.kind === "changed" ? event.setting : {};
+    if (origin || (craft !== undefined && Boolean(craft?.length) !== Boolean(this.fleet))) return location.reload();
     if (event.kind === "changed" && event.setting.paths) this.lookAtPaths();
     this.recording.takeEvent(sequence, event, (unix) => this.clock(unix));
     this.unanswered = false;
+    this.fleet?.take(this.mission, event, (t_s, least) => this.ageOf(t_s, least), (plan) => summaryOf(event, { ...this.mission, plan }));
+    if (this.fleet?.isOutdated()) this.view = this.viewOf(this.recording);
     if (event.kind === "planned") {
       this.freshest = this.ageOf(event.t_s, event.late_s || 0);
       this.mission.plan = summaryOf(event, this.mission);
@@ -280,6 +291,7 @@ class LiveMission {
     if (answer.steering && asked > this.said.at) this.said = { age: answer.steering.age_s, at: performance.now() };
     else mission.steering = this.mission.steering ?? answer.steering;
     mission.origin ??= known?.origin;
+    this.fleet?.became(mission, this.mission, asked);
     this.mission = this.recording.mission = mission;
     this.heard = { t_s: mission.t_s + (answer.plan?.age_s ?? 0), at: performance.now() };
     this.orders.became(mission);
@@ -293,6 +305,7 @@ class LiveMission {
     const { mission, link, recording } = this, state = this.now();
     const { words, why, tone, age_s, near } = state, running = mission.status === "running";
     document.title = tabTitle(state, `${mission.title || mission.id} · Pilotfish`);
+    this.fleet?.tell(state);
     this.bell.hear(state.alarm ? words : "", `${mission.title || mission.id}: ${words}${why && `: ${why}`}`);
     this.logAlarm(state);
     const chips = [chip([words, age_s !== undefined && ` ${ageWords(age_s)}`, why && `: ${why}`, near && `: ${near}`].filter(Boolean).join(""), `state ${tone}`)];
@@ -315,10 +328,11 @@ class LiveMission {
   }
 
   /** Alarms in the log, which has degraded plans by itself. @param {import("./types.js").MissionState} state */
-  logAlarm({ alarm, words, why, age_s }) {
-    const { recording, mission } = this;
+  logAlarm(state) {
+    const { recording, mission } = this, { alarm, words, why, age_s } = state;
     if (!recording.live || !recording.plans.length) return;
     const begin = age_s !== undefined && !recording.journal.alarm.words;
+    if (this.fleet) return this.fleet.logAlarms(state, recording.plans.last + this.sincePlan());
     recording.journal.alarmed(recording.plans.last + (begin ? ageMax(mission.plan?.period_s) : this.sincePlan()), alarm && words !== "degraded" ? words : "", why);
   }
 

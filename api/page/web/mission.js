@@ -21,7 +21,7 @@ import { ChartStack } from "./chart.js";
  * @typedef {import("./picture.js").Run} Run
  * @typedef {import("./picture.js").Layers} Layers
  * `age` is the age of the last plan, s; `isOld` says that it is stale; `before` is the view that this one replaces, whose moment and layers it keeps.
- * @typedef {{ needed?: (t: number, playing: boolean) => void, age?: () => number, isOld?: () => boolean, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, tool?: import("./types.js").Tool }} ViewOptions
+ * @typedef {{ fleet?: import("./fleet.js").Fleet, needed?: (t: number, playing: boolean) => void, age?: () => number, isOld?: () => boolean, before?: MissionView, side?: Node | null, below?: Node | null, signal?: AbortSignal, sideBySide?: boolean, tool?: import("./types.js").Tool }} ViewOptions
  */
 
 /** Log entries shown, newest first. */
@@ -90,6 +90,11 @@ export class MissionView {
     return this.runs[0].recording.live;
   }
 
+  /** That whose numbers are shown. */
+  get run() {
+    return this.options.fleet?.run ?? this.runs[0];
+  }
+
   /** What the right end of the slider means: a simulated mission's end, which it may not have reached. */
   get sliderEnd() {
     return Math.max(this.playback.to, this.live ? -Infinity : this.end);
@@ -112,17 +117,19 @@ export class MissionView {
     /** What the legend has. @type {string} */
     this.keyed = "\n";
     this.empty = el("div", { class: "empty", hidden: true }, beginning(this.runs[0].recording));
+    const { fleet } = this.options;
     this.visits = new VisitStrip();
     this.key = el("ul", { class: "legend", "aria-label": "Legend" });
-    const several = this.runs.length > 1;
+    const several = this.runs.length > 1 && !fleet;
     fill(host, el("div", { class: several ? "mission several" : "mission" },
-      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, this.visits.element, this.key, this.layersForm()),
+      el("section", { class: "panel map-panel", "aria-label": "Map" }, this.empty, maps, (fleet?.strip ?? this.visits).element, this.key, this.layersForm()),
       this.transport(),
       this.options.below,
       el("div", { class: "side" },
+        fleet?.panel,
         this.options.side,
         !several && this.vessels,
-        !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now"), this.why, this.now, this.warnings),
+        !several && el("section", { class: "panel", "aria-labelledby": "now-title" }, el("h2", { id: "now-title" }, "Now", fleet && [" · ", fleet.choice]), this.why, this.now, this.warnings),
         !several && el("section", { class: "panel", "aria-labelledby": "believed-title" }, el("h2", { id: "believed-title" }, "The planner's estimates"), this.believed),
         el("section", { class: "panel", "aria-labelledby": "log-title" }, el("h2", { id: "log-title" }, "Log"), this.log)),
       el("section", { class: "panel charts", "aria-label": "Time series" }, this.chartsHost = el("div"))));
@@ -199,12 +206,12 @@ export class MissionView {
 
   /** Shows the minute with the largest distance of the first run to its goal. */
   goToWorst() {
-    const worst = worstStretch(this.runs[0].recording);
+    const { recording } = this.run, worst = worstStretch(recording);
     if (!worst) return;
     this.playback.pause();
     this.playback.seek(worst.to);
     this.charts?.setWindow(worst.from - AROUND_S, worst.to + AROUND_S);
-    this.runs[0].recording.journal.happened(worst.to, "worst", `from ${moment(worst.from, this.live)}: ${number(worst.rms_m, 1, "m")} from the goal, root mean square over a minute`);
+    recording.journal.happened(worst.to, "worst", `from ${moment(worst.from, this.live)}: ${number(worst.rms_m, 1, "m")} from the goal, root mean square over a minute`);
     this.draw();
   }
 
@@ -216,41 +223,41 @@ export class MissionView {
 
   drawNow() {
     const start = performance.now();
-    const { playback } = this, t = this.hovered ?? playback.t;
+    const { playback, options: { fleet } } = this, t = this.hovered ?? playback.t;
     const nothing = !Number.isFinite(playback.from);
     if (this.empty) this.empty.hidden = !nothing;
     if (!nothing) {
       this.options.needed?.(t, playback.playing);
       // Maps beside each other have the same axes.
       /** @type {{ runs: Run[], view: MapView }[]} */
-      const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(runs, t, this.layers, this.background));
+      const maps = this.maps ?? [], pictures = maps.map(({ runs }) => pictureAt(fleet?.runsAt(t) ?? runs, t, this.layers, this.background, fleet));
       for (const [i, picture] of pictures.entries()) {
         maps[i].view.draw({ ...picture, beside: pictures.toSpliced(i, 1) });
       }
       const auvs = [...this.runs[0].recording.places.keys()], traffic = pictures.some(({ vehicles }) => vehicles.some(({ kind }) => kind === "vessel" || kind === "still"));
       const names = [...auvs, String(traffic)].join("\n");
-      if (names !== this.keyed) fill(this.key ?? el("ul"), legendOf(this.runs, auvs, traffic));
+      if (names !== this.keyed) fill(this.key ?? el("ul"), legendOf(this.runs, auvs, traffic, Boolean(fleet)));
       this.keyed = names;
       const version = this.runs.reduce((sum, { recording }) => sum + recording.version, 0);
       if (version !== this.drawnVersion) {
         // What is long from north to south gets tall maps.
         const bounds = pictureBounds(pictures[0]);
         this.places?.classList.toggle("tall", Boolean(bounds && bounds.northern - bounds.south > TALL * (bounds.eastern - bounds.west)));
-        this.charts?.setCharts(chartsOf(this.runs));
+        this.charts?.setCharts(chartsOf(this.runs, fleet && ((id) => fleet.colourOf(id, playback.to))));
         this.drawnVersion = version;
       }
       // Apart from the charts: an entry that has the focus keeps it while nothing happens. A pressed entry is not
       // replaced before it is released: its click would be lost.
-      const entries = this.runs.reduce((sum, { recording }) => sum + recording.journal.version, 0);
+      const entries = fleet?.entriesVersion ?? this.runs.reduce((sum, { recording }) => sum + recording.journal.version, 0);
       if (entries !== this.drawnLog && this.log?.querySelector(":active")) setTimeout(this.draw, LOG_HELD_MS);
       else if (entries !== this.drawnLog) {
         this.drawLog();
-        this.charts?.setEvents(chartEvents(this.runs[0].recording.journal.entries));
+        this.charts?.setEvents(chartEvents(fleet?.marked ?? this.runs[0].recording.journal.entries));
         this.drawnLog = entries;
       }
       this.charts?.setCursor(t);
       this.charts?.draw();
-      if (this.runs.length === 1) this.drawNumbers(t);
+      if (this.runs.length === 1 || fleet) this.drawNumbers(t);
     }
     this.drawTransport(t);
     this.drawMs = performance.now() - start;
@@ -272,20 +279,20 @@ export class MissionView {
 
   /** @param {number} t */
   drawNumbers(t) {
-    const { recording } = this.runs[0], { plans, goal, craft } = recording;
+    const { recording } = this.run, { fleet } = this.options, { plans, goal, craft } = recording;
     const i = plans.indexAt(t), value = (/** @type {string} */ name) => (i < 0 ? NaN : plans.column(name)[i]);
     const believed = recording.predictionAt(t)?.prediction;
     const method = i < 0 ? "–" : methodName(recording.methods[value("method")]);
     const beside = (/** @type {string} */ ours, /** @type {string} */ law) => (believed ? `${ours}, line of sight ${law}` : ours);
     fill(this.why ?? el("p"), believed && explanation(believed, { heading: value("heading"), speed: value("speed"), method: recording.methods[value("method")] }));
     // At the end of a live mission the clock runs on without plans.
-    const since = this.live && this.playback.atEnd && this.hovered === null ? this.options.age?.() ?? 0 : 0;
-    const old = since > 0 && Boolean(this.options.isOld?.());
+    const isNow = this.live && this.playback.atEnd && this.hovered === null, since = isNow ? this.options.age?.() ?? 0 : 0;
+    const behind = fleet?.behind(t) ?? 0, old = behind > 0 || (since > 0 && Boolean(this.options.isOld?.()));
     this.now?.classList.toggle("old", old);
     const { origin } = recording.mission, [north, east] = ["north", "east"].map((name) => craft.at(name, t));
     const earth = origin && Number.isFinite(north) ? placeOnEarth(origin, north, east) : null;
     facts(this.now, [
-      ...old ? [["last plan", `${ageWords(since)} ago`]] : [],
+      ...old ? [["last plan", `${ageWords(since + behind)} ago`]] : [],
       ["answered by", value("degraded") ? `${method}, degraded` : method],
       ["distance to the goal", number(goal.at("distance", t), 1, "m")],
       ["speed, reference", `${number(craft.at("speed", t), 2)}, ${number(value("speed"), 2, "m/s")}`],
@@ -298,9 +305,10 @@ export class MissionView {
     ]);
     fill(this.warnings ?? el("ul"), (believed?.warnings ?? []).toSorted((a, b) => Number(isAlarm(b.code)) - Number(isAlarm(a.code))).map(({ code, detail }) => el("li", { class: isAlarm(code) ? "violated" : "" }, detail)),
       (believed?.violations ?? []).map((violation) => el("li", { class: "violated" }, `${violationWords(violation)}, at ${moment(violation.t_s, this.live)}`)));
-    this.visits?.draw(visitsAt(recording, t));
+    if (fleet) fleet.draw(t, isNow);
+    else this.visits?.draw(visitsAt(recording, t));
     this.drawVessels(believed ? vesselsOf(believed) : []);
-    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : "loading, or not stored: an earlier version made this record"]]);
+    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : behind ? "no plan of it at this time" : "loading, or not stored: an earlier version made this record"]]);
   }
 
   /** @param {import("./traffic.js").Vessel[]} vessels */
@@ -311,7 +319,7 @@ export class MissionView {
   }
 
   drawLog() {
-    const entries = this.runs.flatMap(({ name, recording }) => recording.journal.entries.map((entry) => ({ ...entry, name: this.runs.length > 1 ? name : "" })));
+    const entries = this.options.fleet?.entries ?? this.runs.flatMap(({ name, recording }) => recording.journal.entries.map((entry) => ({ ...entry, name: this.runs.length > 1 ? name : "" })));
     entries.sort((a, b) => b.t_s - a.t_s);
     fill(this.log ?? el("ol"), entries.slice(0, LOG_SHOWN).map((entry) => el("li", {},
       el("button", { type: "button", class: "time", onclick: () => { this.playback.pause(); this.playback.seek(entry.t_s); } }, moment(entry.t_s, this.live)),
@@ -322,14 +330,14 @@ export class MissionView {
 /** What a mission without a plan waits for. @param {import("./recording.js").Recording} recording */
 function beginning({ live, mission: { id }, scene }) {
   if (!live) return [el("p", {}, "No plan yet.")];
-  const ids = scene.auvs ?? [], { origin } = location, shell = (/** @type {string} */ text) => `'${text.replaceAll("'", "'\\''")}'`;
+  const ids = scene.auvs ?? [], [craft] = scene.surface_craft ?? [], { origin } = location, shell = (/** @type {string} */ text) => `'${text.replaceAll("'", "'\\''")}'`;
   const auvs = ids.map((name, i) => `--auv ${i + 2}=${shell(name)}`).join(" "), at = { t_s: "NOW", north_m: 0, east_m: 0 };
   const state = { north_m: 0, east_m: 0, heading_rad: 0, speed_mps: 0 };
-  const report = JSON.stringify({ auvs: { [ids[0] ?? "auv-1"]: [{ ...at, sigma_m: 2 }] }, asc: [{ t_s: "NOW", state }] });
+  const report = JSON.stringify({ craft, auvs: { [ids[0] ?? "auv-1"]: [{ ...at, sigma_m: 2 }] }, asc: [{ t_s: "NOW", state }] });
   const body = shell(report).replaceAll(':"NOW"', ":'$(date +%s)'");
   return [
     el("p", {}, "No plan yet: the mission has to run, and waits for fixes of its AUVs and the state of its craft. A bridge reports them:"),
-    el("pre", { class: "code" }, `pilotfish bridge mavlink --url ${origin} --mission ${id} --connect serial:/dev/ttyACM0:115200 ${auvs}`),
+    el("pre", { class: "code" }, `pilotfish bridge mavlink --url ${origin} --mission ${id} --connect serial:/dev/ttyACM0:115200 ${auvs}${craft === undefined ? "" : ` --craft ${shell(craft)}`}`),
     el("p", {}, "So does any other program. The numbers here are examples: put in those of your vehicles (and, where tokens are used, -H 'authorization: Bearer …')."),
     el("pre", { class: "code" }, `curl -s ${origin}/v1/missions/${id}/reports -H 'content-type: application/json' -d ${body}`),
   ];
@@ -341,11 +349,11 @@ function facts(list, pairs) {
   fill(list, pairs.map(([name, value]) => el("div", {}, name && el("dt", {}, named(name)), el("dd", {}, value))));
 }
 
-/** What is on the map, each AUV by its colour. @param {Run[]} runs @param {string[]} auvs @param {boolean} traffic */
-function legendOf(runs, auvs, traffic) {
-  const several = runs.length > 1, left = [...several ? ["craft", "plan", "los", "fix", "refused", "forecast"] : [], ...traffic ? [] : ["vessel"]], fixed = LEGEND.filter(([kind]) => !left.includes(kind));
+/** What is on the map, each AUV by its colour, or each craft of a fleet. @param {Run[]} runs @param {string[]} auvs @param {boolean} traffic @param {boolean} isFleet */
+function legendOf(runs, auvs, traffic, isFleet) {
+  const several = runs.length > 1, left = [...isFleet ? ["craft", "plan", "los", "goal"] : several ? ["craft", "plan", "los", "fix", "refused", "forecast"] : [], ...traffic ? [] : ["vessel"]], fixed = LEGEND.filter(([kind]) => !left.includes(kind));
   return [
-    ...several ? runs.map(({ name, colour }) => el("li", {}, swatch(colour), name)) : [], ...auvs.map((id, i) => el("li", {}, swatch(auvColour(i)), named(id))),
+    ...several ? runs.map(({ name, colour }) => el("li", {}, swatch(colour), isFleet ? [named(name), " and the AUVs that it serves"] : name)) : [], ...isFleet ? [] : auvs.map((id, i) => el("li", {}, swatch(auvColour(i)), named(id))),
     ...fixed.map(([kind, name]) => el("li", {}, el("span", { class: `sample sample-${kind}`, "aria-hidden": "true" }), name)),
   ];
 }

@@ -5,7 +5,9 @@ import { moment, number } from "./format.js";
 /**
  * A setting without what is not set.
  * @typedef {{ north_m: number, east_m: number, radius_m: number }} KeepOut
- * @typedef {{ goal: any, limits: { [limit: string]: number }, keep_outs: KeepOut[], area: [number, number][] }} Setting
+ * @typedef {{ goal: any, limits: { [limit: string]: number }, keep_outs: KeepOut[], area: [number, number][], surface_craft: CraftSetting[] }} Setting
+ * A craft of a fleet: without `serves` it may serve every AUV.
+ * @typedef {{ id: string, limits?: { [limit: string]: number }, serves?: string[] }} CraftSetting
  * @typedef {(string | number)[]} Path of a value in a setting
  */
 
@@ -61,10 +63,15 @@ export function withValue(of, [key, ...rest], value) {
   return { ...of, [key]: next };
 }
 
+/** @param {any} of */
+function withoutNull(of) {
+  return Object.fromEntries(Object.entries(of ?? {}).filter(([, value]) => value !== null));
+}
+
 /** @param {any} setting as the service has it @returns {Setting} */
 function settingOf(setting) {
   return {
-    goal: setting?.goal, limits: Object.fromEntries(Object.entries(setting?.limits ?? {}).filter(([, value]) => value !== null)),
+    goal: setting?.goal, limits: withoutNull(setting?.limits), surface_craft: (setting?.surface_craft ?? []).map((/** @type {any} */ craft) => ({ ...withoutNull(craft), ...craft.limits && { limits: withoutNull(craft.limits) } })),
     keep_outs: (setting?.keep_outs ?? []).map((/** @type {KeepOut} */ { north_m, east_m, radius_m }) => ({ north_m, east_m, radius_m })), area: setting?.area ?? [],
   };
 }
@@ -87,7 +94,7 @@ export class OrderDraft {
 
   /** Members that are to be changed. */
   get edited() {
-    return /** @type {(keyof Setting)[]} */ (["goal", "limits", "keep_outs", "area"]).filter((member) => !isSame(this.base[member], this.now[member]));
+    return /** @type {(keyof Setting)[]} */ (["goal", "limits", "keep_outs", "area", "surface_craft"]).filter((member) => !isSame(this.base[member], this.now[member]));
   }
 
   /** What the mission has now. Says which members were changed here and there. @param {any} setting */
@@ -136,10 +143,23 @@ export class OrderDraft {
     const gone = discs(base, now), come = discs(now, base), goals = [now.goal, base.goal].map(goalWords);
     return [
       ...goals[0] === goals[1] ? [] : [`Goal: ${goals[0]}; until now: ${goals[1]}`], ...leafWords("Goal", base.goal, now.goal), ...leafWords("Limits", base.limits, now.limits),
+      ...now.surface_craft.flatMap((craft) => craftWords(base.surface_craft.find(({ id }) => id === craft.id), craft)),
       ...gone.length === 1 && come.length === 1 ? [`Keep-out: ${come[0]}; until now: ${gone[0]}`] : [...come.map((words) => `New keep-out: ${words}`), ...gone.map((words) => `No keep-out any more: ${words}`)],
       ...isSame(base.area, now.area) ? [] : [now.area.length ? `Working area: ${areaWords(now.area)}; until now: ${areaWords(base.area)}` : `No working area any more: ${areaWords(base.area)}`],
     ];
   }
+}
+
+/** Whether a craft of a fleet serves nobody, by order. @param {CraftSetting | undefined} craft */
+export function standsDown(craft) {
+  return craft?.serves?.length === 0;
+}
+
+/** @param {CraftSetting | undefined} before @param {CraftSetting} now @returns {string[]} */
+function craftWords(before, now) {
+  const { id, serves = ["every AUV"] } = now;
+  const served = isSame(before?.serves, now.serves) ? [] : [standsDown(now) ? `${id} stands down: it serves nobody` : `${id} may serve ${serves.join(", ")}`];
+  return [...served, ...leafWords(`Limits of ${id}`, before?.limits, now.limits)];
 }
 
 /** @param {KeepOut} disc */

@@ -2,7 +2,7 @@
 
 import { el, fill, named } from "./dom.js";
 import { Refusal } from "./service.js";
-import { CHOICES, GOALS, labelOf, LABELS, OrderDraft, valueAt, withValue } from "./order_draft.js";
+import { CHOICES, GOALS, labelOf, LABELS, OrderDraft, standsDown, valueAt, withValue } from "./order_draft.js";
 import { dragged, handlesOf, orderOverlay, tapped } from "./order_map.js";
 
 /**
@@ -20,7 +20,7 @@ const NUMBERS = {
   uncertainty: ["growth_m2ps", "sigma_m", "sigma_rad", "interval_s"], data: ["growth_kbps", "upload_kbps", "range_max_m"],
 };
 const LIMITS = ["speed_max_mps", "speed_min_mps", "turn_rate_max_radps", "acceleration_max_mps2", "deceleration_max_mps2"];
-const SECTIONS = [["goal", "Goal"], ["keep_outs", "Keep-outs"], ["area", "Working area"], ["limits", "Limits"]];
+const SECTIONS = [["goal", "Goal"], ["keep_outs", "Keep-outs"], ["area", "Working area"], ["limits", "Limits"], ["surface_craft", "Craft"]];
 
 /** @param {string} of @returns {string[][]} */
 function optionsOf(of) {
@@ -44,6 +44,8 @@ export class OrderForm {
     this.t_s = 0;
     /** The middle of the map. @type {Place} */
     this.middle = { north: 0, east: 0 };
+    /** Whom craft of a fleet may serve that stand down, if they did before. @type {Map<string, string[] | undefined>} */
+    this.served = new Map();
     /** The number that is being typed. @type {HTMLInputElement | null} */
     this.typing = null;
     /** @type {Picture | undefined} */
@@ -96,8 +98,8 @@ export class OrderForm {
 
   /** Shows the draft: the fields anew where others are needed, else what is in them. */
   show() {
-    const { draft, sections } = this, { goal, keep_outs, area } = draft.now;
-    const shape = JSON.stringify([goal?.kind, goal?.offset?.frame, goal?.cost?.kind, Object.keys(goal?.weights ?? {}), keep_outs.length, area.length, this.auvs]);
+    const { draft, sections } = this, { goal, keep_outs, area, surface_craft: craft } = draft.now;
+    const shape = JSON.stringify([goal?.kind, goal?.offset?.frame, goal?.cost?.kind, Object.keys(goal?.weights ?? {}), keep_outs.length, area.length, this.auvs, craft.map(({ id }) => id)]);
     if (shape !== this.shape) {
       const focused = [...this.fields].find(([, { input }]) => input === document.activeElement)?.[0];
       this.shape = shape;
@@ -107,6 +109,9 @@ export class OrderForm {
       fill(sections.area.body, this.drawButton("area", "Draw", "Drag a rectangle on the map, or tap corners, which must go round a convex area."), area.map((_, i) => this.row(`${i + 1}`, ["area", i], ["0", "1"])), this.addButton("area", "Add a corner"),
         area.length > 0 && el("button", { type: "button", onclick: () => draft.edit({ area: [] }) }, "Remove the area"));
       fill(sections.limits.body, LIMITS.map((member) => this.number(["limits", member])));
+      // Each craft of a fleet has its own limits.
+      [sections.limits.details.hidden, sections.surface_craft.details.hidden] = [craft.length > 0, !craft.length];
+      fill(sections.surface_craft.body, craft.map(({ id }, i) => this.craftFields(id, i)));
       if (focused) this.fields.get(focused)?.input.focus();
     }
     for (const { show } of this.fields.values()) show();
@@ -193,6 +198,19 @@ export class OrderForm {
       members(numbers), goal.kind === "intermittent" && this.minutes(["goal", "epoch_s"], "begins with the first in, min"), visits, reduced, !hasNoOffset && this.choice(["goal", "offset", "frame"], LABELS["offset/frame"][0], [["", "right above"], ...optionsOf("offset/frame")], (frame) => this.put(["goal", "offset"], frame ? { frame, ...Object.fromEntries(NUMBERS[frame].map((name) => [name, 0])) } : undefined)),
       members(NUMBERS[goal.offset?.frame] ?? [], "offset"), el("p", { class: "about" }, "On the map: tap an AUV, drag what is marked."),
     ].flat(2);
+  }
+
+  /** A craft of a fleet: whether it serves, and its limits. @param {string} id @param {number} i */
+  craftFields(id, i) {
+    const input = el("input", { type: "checkbox", onchange: () => this.put(["surface_craft", i, "serves"], input.checked ? this.served.get(id) : []) });
+    const show = () => {
+      const craft = this.draft.now.surface_craft[i];
+      input.checked = !standsDown(craft);
+      if (input.checked) this.served.set(id, craft?.serves);
+    };
+    this.fields.set(`serves ${id}`, { input, wrong: el("span"), show });
+    return el("div", { role: "group", "aria-label": id }, el("div", { class: "order-row" }, el("label", {}, input, named(id), " serves AUVs")),
+      el("details", {}, el("summary", {}, "Limits of ", named(id)), LIMITS.map((member) => this.number(["surface_craft", i, "limits", member]))));
   }
 
   /** An AUV of a goal of several. @param {any} goal @param {string} id */

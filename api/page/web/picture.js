@@ -1,6 +1,7 @@
 // The map of recordings at one moment.
 
 import { figureEllipses, figureLine, placeMarks } from "./figure.js";
+import { ageWords } from "./alarm.js";
 import { auvColour } from "./dom.js";
 import { number } from "./format.js";
 import { noGoLines } from "./limits.js";
@@ -22,6 +23,8 @@ const ARROW_S = 12;
 const FIXES_S = 300;
 /** Times of the same fix differ by less, s: they are rounded. */
 const SAME_FIX_S = 0.01;
+/** A craft of a fleet that was not heard for so long may be elsewhere, s. */
+const SILENT_S = 10;
 /** A course is computed from fixes so far apart, s. */
 const COURSE_S = 5;
 
@@ -31,10 +34,12 @@ const COURSE_S = 5;
  * @param {number} t
  * @param {Layers} layers
  * @param {Background} background
+ * @param {import("./fleet.js").Fleet} [fleet] whose craft the runs are: they are told apart as runs are, and all that is known of each is shown
  * @returns {Picture}
  */
-export function pictureAt(runs, t, layers, background) {
-  const first = runs[0].recording;
+export function pictureAt(runs, t, layers, background, fleet) {
+  const first = runs[0].recording, order = [...first.places.keys()], several = runs.length > 1 || fleet !== undefined;
+  const colourOf = (/** @type {string} */ id) => fleet?.colourOf(id, t) ?? auvColour(order.indexOf(id));
   /** @type {Picture} */
   const picture = {
     tracks: [], lines: [], discs: [], ellipses: [], marks: [], arrows: [], vehicles: [], current: null,
@@ -47,19 +52,20 @@ export function pictureAt(runs, t, layers, background) {
   bounds(picture, first, t, layers);
   const visits = visitsAt(first, t);
   // A goal that visits is an AUV, and another one after each visit.
-  if (layers.goal && !visits.schedule && visits.goal?.kind !== "visit") addTrack(picture, first.goal, t, "goal", "dashed", "goal");
-  for (const [i, [id, series]] of [...first.places].entries()) addTrack(picture, series, t, auvColour(i), first.live ? "dotted" : "solid", id, true);
+  if (layers.goal && !fleet && !visits.schedule && visits.goal?.kind !== "visit") addTrack(picture, first.goal, t, "goal", "dashed", "goal");
+  for (const [id, series] of first.places) addTrack(picture, series, t, colourOf(id), first.live ? "dotted" : "solid", id, true);
   // Where it was is in the colour of its hull, unless several runs are told apart: the plan has one of its own.
-  for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, runs.length > 1 ? colour : "hull", "solid", name || "surface craft");
-  const believed = runs.length === 1 ? first.predictionAt(t) : null;
-  if (believed) beliefs(picture, runs[0], believed, layers);
+  for (const { name, colour, recording } of runs) addTrack(picture, recording.craft, t, several ? colour : "hull", "solid", name || "surface craft");
+  const shown = runs.length === 1 || fleet ? runs : [], known = shown.map(({ recording }) => recording.predictionAt(t)), believed = known.find(Boolean) ?? null;
+  known.forEach((each, i) => each && beliefs(picture, shown[i], each, layers, colourOf, several));
   if (layers.traffic) trueVessels(picture, first, t, believed?.prediction.vessels);
+  // Every craft of a fleet knows the same vessels.
   if (believed && layers.traffic) addVessels(picture, vesselsOf(believed.prediction), believed.prediction.after_s.at(-1) ?? 0);
-  if (believed && layers.tour) addTour(picture, believed.prediction.asc[0], t, visits);
+  if (layers.tour) known.forEach((each, i) => each && addTour(picture, each.prediction.asc[0], t, visitsAt(shown[i].recording, t), several ? shown[i].colour : ""));
   if (layers.fixes) rawFixes(picture, first, t);
-  for (const run of runs) craftAt(picture, run, t, runs.length > 1);
-  auvsAt(picture, first, t, believed?.prediction);
-  if (runs.length === 1) references(picture, runs[0], t, believed?.prediction, layers);
+  for (const run of runs) craftAt(picture, run, t, several);
+  auvsAt(picture, first, t, known.flatMap((each) => each?.prediction.auvs ?? []), colourOf);
+  shown.forEach((run, i) => references(picture, run, t, known[i]?.prediction, layers, several));
   for (const { recording } of runs) breaches(picture, recording, t);
   if (!layers.acoustic) picture.discs = picture.discs.filter((disc) => disc.style !== "acoustic");
   picture.label = inWords(picture, runs, t);
@@ -87,18 +93,23 @@ function addTrack(picture, series, t, colour, style, name, byDepth = false, asid
   picture.tracks.push({ track, from: 0, to, colour, style, byDepth, name, aside });
 }
 
-/** @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./types.js").Prediction }} believed @param {Layers} layers */
-function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
-  if (layers.ghost) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
-  if (layers.goal) picture.lines.push({ points: prediction.goal, colour: "goal", style: "dotted", name: "goal, forecast" });
+/**
+ * @param {Picture} picture @param {Run} run @param {{ t_s: number, prediction: import("./types.js").Prediction }} believed @param {Layers} layers
+ * @param {(auv: string) => string} colourOf @param {boolean} several of which each has its own colour
+ */
+function beliefs(picture, { name, recording, colour }, { t_s, prediction }, layers, colourOf, several) {
+  if (layers.ghost && !several) picture.lines.push({ points: prediction.line_of_sight, colour: "los", style: "dashed", name: "line of sight" });
+  // A spare craft of a fleet has none. One that visits is one of the numbered AUVs.
+  const hasGoal = layers.goal && (!several || prediction.auvs.length > 0);
+  if (hasGoal) picture.lines.push({ points: prediction.goal, colour: several ? colour : "goal", style: "dotted", name: "goal, forecast" });
+  if (hasGoal && several && prediction.goal.length && !prediction.schedule) picture.marks.push({ north: prediction.goal[0][0], east: prediction.goal[0][1], kind: "ring", colour, title: `goal of ${name}` });
   if (layers.goal && prediction.figure) {
     picture.lines.push({ points: figureLine(prediction.figure), colour: "goal", style: "dashed", name: "figure" });
     picture.ellipses.push(...figureEllipses(prediction.figure, (id) => prediction.auvs.find((auv) => auv.id === id)?.positions[0]));
   }
   if (layers.forecasts) {
-    const order = [...recording.places.keys()];
     for (const auv of prediction.auvs) {
-      const colour = auvColour(order.indexOf(auv.id));
+      const colour = colourOf(auv.id);
       picture.marks.push(...placeMarks(auv.id, auv.places ?? [], colour));
       picture.lines.push({ points: auv.positions, colour, style: "dotted", name: `${auv.id}, forecast` });
       auv.covariances_m2.forEach((covariance, i) => {
@@ -110,7 +121,7 @@ function beliefs(picture, { recording, colour }, { t_s, prediction }, layers) {
     }
   }
   picture.lines.push({ points: prediction.asc, colour, style: "solid", name: "plan" });
-  if (prediction.current) {
+  if (prediction.current && !picture.current) {
     const [north_mps, east_mps] = prediction.current;
     picture.current = { north_mps, east_mps, estimated: !recording.mission.scene?.information?.includes("current known") };
   }
@@ -172,22 +183,23 @@ function craftAt(picture, { name, colour, recording }, t, several) {
   const i = recording.craft.indexAt(t);
   if (i < 0) return;
   const [north, east, heading] = ["north", "east", "heading"].map((column) => recording.craft.column(column)[i]);
-  picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "surface craft" });
+  const age = t - recording.craft.column("t")[i], stale = several && recording.live && age > SILENT_S;
+  picture.vehicles.push({ kind: "craft", north, east, heading, colour: several ? colour : "hull", name: several ? name : "surface craft", ...stale && { stale, note: `heard ${ageWords(age)} ago` } });
 }
 
-/** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./types.js").Prediction} [prediction] */
-function auvsAt(picture, recording, t, prediction) {
+/** @param {Picture} picture @param {Recording} recording @param {number} t @param {import("./types.js").PredictedAuv[]} auvs @param {(auv: string) => string} colourOf */
+function auvsAt(picture, recording, t, auvs, colourOf) {
   const range = recording.scene.range_max_m;
-  for (const [order, [id, series]] of [...recording.places].entries()) {
+  for (const [id, series] of recording.places) {
     const i = series.indexAt(t);
     if (i < 0) continue;
-    const believed = recording.live ? prediction?.auvs.find((auv) => auv.id === id) : undefined;
+    const believed = recording.live ? auvs.find((auv) => auv.id === id) : undefined;
     let [north, east] = ["north", "east"].map((column) => series.column(column)[i]);
     let depth = series.column("depth")[i];
     // A live AUV is drawn at its estimated position, not at its last fix.
     if (believed) [[north, east], depth] = [believed.positions[0], believed.depths_m[0]];
     const heading = believed && believed.positions.length > 1 ? course(believed.positions) : headingOf(series, i);
-    picture.vehicles.push({ kind: "auv", north, east, heading, colour: auvColour(order), name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });
+    picture.vehicles.push({ kind: "auv", north, east, heading, colour: colourOf(id), name: id, note: Number.isFinite(depth) ? `${number(depth, 1, "m")} deep` : "" });
     if (range && Number.isFinite(north)) picture.discs.push({ north, east, radius: Math.sqrt(Math.max(range ** 2 - (depth || 0) ** 2, 0)), colour: "fix", style: "acoustic" });
   }
 }
@@ -207,13 +219,14 @@ function headingOf(series, i) {
   return before < i ? Math.atan2(series.column("east")[i] - series.column("east")[before], series.column("north")[i] - series.column("north")[before]) : 0;
 }
 
-/** @param {Picture} picture @param {Run} run @param {number} t @param {import("./types.js").Prediction | undefined} prediction @param {Layers} layers */
-function references(picture, { recording, colour }, t, prediction, layers) {
+/** @param {Picture} picture @param {Run} run @param {number} t @param {import("./types.js").Prediction | undefined} prediction @param {Layers} layers @param {boolean} several */
+function references(picture, { recording, colour }, t, prediction, layers, several) {
   const craft = recording.craft.indexAt(t), plan = recording.plans.indexAt(t);
-  if (craft < 0 || plan < 0) return;
+  // That of a craft of a fleet that has no plan any more is not what it does.
+  if (craft < 0 || plan < 0 || (several && !prediction)) return;
   const at = { north: recording.craft.column("north")[craft], east: recording.craft.column("east")[craft] };
   const los = prediction?.line_of_sight_reference;
-  if (los && layers.ghost) picture.arrows.push({ ...at, heading: los.heading_rad, length_m: los.speed_mps * ARROW_S, colour: "los" });
+  if (los && layers.ghost && !several) picture.arrows.push({ ...at, heading: los.heading_rad, length_m: los.speed_mps * ARROW_S, colour: "los" });
   const [heading, speed] = ["heading", "speed"].map((column) => recording.plans.column(column)[plan]);
   picture.arrows.push({ ...at, heading, length_m: speed * ARROW_S, colour });
 }

@@ -35,12 +35,12 @@ export class Predictions {
     this.busy = true;
     try {
       const after = recording.plans.column("sequence")[i] - 1;
-      const path = `/v1/missions/${encodeURIComponent(recording.mission.id)}/record?format=events_ndjson&kinds=planned&after=${after}&max_events=${playing ? AHEAD_PLAYING : AHEAD}`;
+      const path = `/v1/missions/${encodeURIComponent(recording.mission.id)}/record?format=events_ndjson&kinds=planned&after=${after}&max_events=${recording.craftCount * (playing ? AHEAD_PLAYING : AHEAD)}`;
       for await (const some of lines(await ask(path, { signal }))) {
         for (const line of some) {
           if (!line) continue;
           const event = JSON.parse(line);
-          if (event.prediction) recording.keepPrediction(event.t_s, event.prediction);
+          if (event.prediction) recording.keepPrediction(event.t_s, event.prediction, event.craft);
           else recording.without.add(event.t_s);
         }
       }

@@ -73,6 +73,11 @@ export class Recording {
     return this.mission.kind === "live";
   }
 
+  /** Craft that a plan is made for at each time. */
+  get craftCount() {
+    return 1;
+  }
+
   /** @returns {Scene} as the mission was made */
   get scene() {
     return this.mission.scene ?? {};
@@ -82,6 +87,11 @@ export class Recording {
   get places() {
     if (this.auvs.size) return this.auvs;
     return this.estimates.size ? this.estimates : this.fixes;
+  }
+
+  /** Places of the AUVs that the craft serves. @param {number} _t */
+  servedAt(_t) {
+    return this.places;
   }
 
   /** First and last moment that there is anything of. @returns {[number, number]} */
@@ -96,6 +106,16 @@ export class Recording {
     let series = map.get(id);
     if (!series) map.set(id, series = new Series(...names));
     return series;
+  }
+
+  /** Takes an event that a record's table does not have. @param {any} event @param {(unix: number) => number} clock */
+  takePast(event, clock) {
+    this.takeSetting(clock(event.at_s), event.setting);
+  }
+
+  /** Discs and areas of a live mission from `t` on. @param {number} t @param {any} setting */
+  takeSetting(t, setting) {
+    this.limits.take(t, setting);
   }
 
   /** Takes lines of a record's table, as CSV. The first line of all is the header. @param {string[]} some */
@@ -235,7 +255,7 @@ export class Recording {
       this.journal.happened(this.span[1], "gap", `events ${event.from} to ${event.to} were not seen here`);
     } else {
       const t = this.live ? clock(event.at_s) : this.plans.length ? this.plans.last : 0;
-      if (event.kind === "changed") this.limits.take(t, event.setting);
+      if (event.kind === "changed") this.takeSetting(t, event.setting);
       this.journal.happened(t, event.kind, eventWords(event));
     }
   }
@@ -277,8 +297,8 @@ export class Recording {
     for (const note of heard.notes ?? []) this.journal.happened(note.t_s ?? t, "note", note.text);
   }
 
-  /** @param {number} t_s @param {Prediction} prediction */
-  keepPrediction(t_s, prediction) {
+  /** @param {number} t_s @param {Prediction} prediction @param {string} [_craft] that it is of, in a fleet */
+  keepPrediction(t_s, prediction, _craft) {
     // Missing values are left out.
     prediction.violations ??= [];
     prediction.warnings ??= [];

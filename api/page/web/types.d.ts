@@ -31,19 +31,28 @@ export type Fault = { from_s: number, until_s?: number | null, what: string };
 /** A polygon to keep out of, and its holes. */
 export type NoGo = { polygon: [number, number][], holes?: [number, number][][], name?: string };
 
-export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains | null, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], origin?: { lat_deg: number, lon_deg: number },
+export type Scene = { duration_s?: number, settled_after_s?: number, period_s?: number, scenario?: string, seed?: number, controller?: string, gains?: Gains | null, information?: string, faults?: Fault[], clock_rate?: number, auvs?: string[], surface_craft?: string[], origin?: { lat_deg: number, lon_deg: number },
   keep_outs?: { north_m: number, east_m: number, radius_m: number }[], area?: [number, number][], no_go?: NoGo[], range_max_m?: number,
   paths?: { [id: string]: [number, number][] }, goal?: VisitGoal };
 
 export type MissionJson = { id: string, title: string, kind: string, status: string, t_s: number, plan?: PlanSummary, created_s?: number, sequence?: number, revision?: number, speed_factor?: number,
-  origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene, steering?: { state: string, why: string, age_s: number } };
+  origin?: { lat_deg: number, lon_deg: number }, setting?: any, scene?: Scene, steering?: Steering, surface_craft?: CraftJson[] };
+
+export type Steering = { state: string, why: string, age_s: number };
+
+/** Who serves whom in a fleet since `t_s`, and why others do not. */
+export type Assigned = { t_s: number, craft: Map<string, string[]>, away: Map<string, string> };
+
+/** A craft of a fleet. */
+export type CraftJson = { id: string, auvs: string[], away?: string, plan?: PlanSummary, steering?: Steering };
 
 /** What the last plan of a mission amounts to. */
 export type PlanSummary = { outcome: string, reason?: string, method: string, age_s: number, period_s: number, waits_for: string[], warnings: string[], warning_codes?: string[] };
 
 /** `words` with `why` says whether a mission's craft is steered now; `near` names the vessel that is too near, with numbers that change; `age_s` is
- * the age of the last plan, where that is too old. */
-export type MissionState = { words: string, why: string, tone: "" | "good" | "warn" | "bad", alarm: boolean, near?: string, age_s?: number };
+ * the age of the last plan, where that is too old; `craft` has the states of a fleet's craft. */
+export type MissionState = { words: string, why: string, tone: "" | "good" | "warn" | "bad", alarm: boolean, near?: string, age_s?: number,
+  craft?: { id: string, standsBy: boolean, state: MissionState }[] };
 export type TrafficState = { why: string, near?: string };
 
 export type LogEntry = { t_s: number, kind: string, text: string };

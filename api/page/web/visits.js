@@ -16,7 +16,7 @@ const WITHIN_M = 20;
 /** Plans farther apart end a visit, s. */
 const PAUSE_S = 30;
 /** The least time shown before and after now, s, and the most that a deadline extends it to. */
-const SHOWN_MIN_S = 300, DEADLINE_SHOWN_S = 7200;
+export const SHOWN_MIN_S = 300, DEADLINE_SHOWN_S = 7200;
 /** Possible steps between times, s, and how many there are at most. */
 const VISIT_STEPS = [60, 120, 300, 600, 900, 1800, 3600, 7200, 14_400], STEPS_MAX = 5;
 /** Most stops of a tour that a map shows. */
@@ -24,7 +24,7 @@ const STOPS_MAX = 9;
 /** Alternatives in words, the best ones. */
 const ALTERNATIVES_MAX = 3;
 const PINNED = " · pinned";
-const LEFT_OUT = { silent: "not heard", out_of_reach: "out of reach", too_deep: "too deep" };
+export const LEFT_OUT = { silent: "not heard", out_of_reach: "out of reach", too_deep: "too deep" };
 
 /** Of each recording, what its craft served among the plans looked at. @type {WeakMap<import("./recording.js").Recording, { within: number, looked: number, found: Service[] }>} */
 const servicesOf = new WeakMap();
@@ -63,7 +63,7 @@ export function visitsAt(recording, t) {
 }
 
 /** The visits until each AUV has been met. @param {Schedule} schedule */
-function tourOf({ visits }) {
+export function tourOf({ visits }) {
   const last = visits.findLastIndex(({ auv }, i) => visits.findIndex((other) => other.auv === auv) === i);
   return visits.slice(0, Math.min(last + 1, STOPS_MAX));
 }
@@ -71,20 +71,21 @@ function tourOf({ visits }) {
 /**
  * Puts the tour from the craft (north, east) on a map.
  * @param {import("./types.js").Picture} picture @param {[number, number]} craft @param {number} now @param {Visits} shown
+ * @param {string} [colour] of all of it
  */
-export function addTour(picture, craft, now, { schedule, order, clock }) {
+export function addTour(picture, craft, now, { schedule, order, clock }, colour = "") {
   if (!schedule) return;
   const stops = tourOf(schedule);
-  picture.lines.push({ points: [craft, ...stops.map((stop) => /** @type {[number, number]} */ ([stop.north_m, stop.east_m]))], colour: "soft", style: "thin", name: "tour" });
+  picture.lines.push({ points: [craft, ...stops.map((stop) => /** @type {[number, number]} */ ([stop.north_m, stop.east_m]))], colour: colour || "soft", style: "thin", name: "tour" });
   stops.forEach((stop, i) => {
     // A visit that is on is where the craft is. An AUV that is visited again has the number of its next visit.
     const isNext = stops.findIndex(({ auv }) => auv === stop.auv) === i;
-    if (isNext && now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: auvColour(order.indexOf(stop.auv)), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
+    if (isNext && now < stop.arrive_s) picture.marks.push({ north: stop.north_m, east: stop.east_m, kind: "stop", text: String(i + 1), colour: colour || auvColour(order.indexOf(stop.auv)), title: `visit ${i + 1}: ${visitWords(stop, schedule, clock)}` });
   });
 }
 
 /** @param {Visit} visit @param {Schedule} schedule @param {(t: number) => string} clock */
-function visitWords({ auv, arrive_s, leave_s, cost_before, cost_after }, { unit }, clock) {
+export function visitWords({ auv, arrive_s, leave_s, cost_before, cost_after }, { unit }, clock) {
   return `${auv}, ${clock(arrive_s)} to ${clock(leave_s)}, from ${costWords(cost_before, unit)} to ${costWords(cost_after, unit)}`;
 }
 
@@ -155,7 +156,7 @@ function costCurve(visits, now, place) {
 }
 
 /** @param {ServedAuv} served @param {Visits} shown @param {(kind: string, start: number, end: number, title: string) => import("./dom.js").Child} bar */
-function deadlineMark({ auv, served_by_s = -Infinity }, { schedule, goal, clock }, bar) {
+export function deadlineMark({ auv, served_by_s = -Infinity }, { schedule, goal, clock }, bar) {
   const serve_by_s = goal?.serve_by_s ?? {}, deadline = Object.hasOwn(serve_by_s, auv) ? serve_by_s[auv] : undefined;
   if (deadline === undefined) return null;
   const [kind, words] = deadline <= served_by_s ? ["met", ", served"] : schedule?.deadlines_missed?.includes(auv) ? ["late", ", will be missed"] : ["", ""];
@@ -163,7 +164,7 @@ function deadlineMark({ auv, served_by_s = -Infinity }, { schedule, goal, clock 
 }
 
 /** Times of the axis: whole steps before and after now. @param {number} from @param {number} to @param {number} now */
-function times(from, to, now) {
+export function times(from, to, now) {
   const step = VISIT_STEPS.find((candidate) => (to - from) / candidate <= STEPS_MAX) ?? to - from, first = Math.ceil((from - now) / step);
   return Array.from({ length: Math.floor((to - now) / step) - first + 1 }, (_, i) => now + (first + i) * step);
 }
