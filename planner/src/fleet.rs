@@ -9,6 +9,7 @@
 //! before it in the request as vessels whose plans it knows.
 
 mod assignment;
+mod beside;
 mod company;
 mod member;
 mod members;

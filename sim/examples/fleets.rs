@@ -191,7 +191,11 @@ impl Flight<'_> {
                     own.map(|((id, _), _)| id.clone()).collect()
                 };
                 let parts = self.craft.iter().enumerate();
-                let parts = parts.map(|(k, craft)| CraftAssignment { id: craft.id.clone(), auvs: part(k) });
+                let parts = parts.map(|(k, craft)| CraftAssignment {
+                    id: craft.id.clone(),
+                    auvs: part(k),
+                    beside: false,
+                });
                 Assignment { craft: parts.collect(), ..Assignment::default() }
             }
         };

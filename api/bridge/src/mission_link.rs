@@ -219,7 +219,7 @@ impl Shared {
                     }
                 }
             };
-            match found {
+            match found.and_then(|mission| self.with_own_craft(mission)) {
                 Ok(mission) => {
                     let mut status = self.status.lock();
                     status.is_answered();
@@ -227,6 +227,14 @@ impl Shared {
                     status.mission = Some(mission.id.clone());
                     status.setting = of_craft(mission.setting.unwrap_or_default(), self.client.craft());
                     return mission.id;
+                }
+                // Of a token that may report for one craft alone: another one creates and runs the
+                // mission.
+                Err(ServiceError::Rejected { code, detail }) if code == "mission_forbidden" => {
+                    let why = format!(
+                        "the fleet's mission is not there yet, and this token may not create or run it: {detail}"
+                    );
+                    self.status.lock().fails(self.clock.now_s(), &ServiceError::Unavailable(why));
                 }
                 Err(error) => {
                     let mut status = self.status.lock();
@@ -241,6 +249,25 @@ impl Shared {
             }
             self.clock.machine.sleep(FIND_RETRY).await;
         }
+    }
+
+    /// The mission, if it is of this bridge's craft.
+    fn with_own_craft(&self, mission: Mission) -> Result<Mission, ServiceError> {
+        let fleet = mission.setting.as_ref().and_then(|setting| setting.surface_craft.as_ref());
+        let names: Vec<_> = fleet.into_iter().flatten().map(|craft| &*craft.id.0).collect();
+        let detail = match self.client.craft() {
+            None if names.is_empty() => return Ok(mission),
+            Some(craft) if names.contains(&craft) => return Ok(mission),
+            Some(craft) if names.is_empty() => {
+                format!("mission {} has one craft: leave --craft {craft} out", mission.id)
+            }
+            _ => format!(
+                "mission {} is of several craft: name one of {} with --craft",
+                mission.id,
+                names.join(", ")
+            ),
+        };
+        Err(ServiceError::Rejected { code: "unknown_craft".to_owned(), detail })
     }
 
     /// Handles a lost `mission`: the bridge creates its own again; a lost joined one ends it.

@@ -128,6 +128,8 @@ pub enum Away {
     Person,
     /// Its bridge reports that it is not steered.
     NotSteering,
+    /// It is not asked to do anything, as intended: it is not armed, or it takes part in a dry run.
+    Waiting,
     /// It does not move as its plans foresee.
     DoesNotFollow,
     /// It is well again, and not yet for long enough to serve.

@@ -146,6 +146,9 @@ impl<'a> Answer<'a> {
         let mut warnings = warnings(self.snapshot, self.plan);
         warnings.extend(targets.iter().enumerate().filter_map(|(i, target)| ambiguous(i, target)));
         warnings.extend(self.origin_far());
+        // A craft that stands by has no goal, and is to stop.
+        let of_a_goal = ["goal_in_no_go", "no_way", "reference_below_speed_min"];
+        warnings.retain(|warning| !self.snapshot.stands_by() || !of_a_goal.contains(&&*warning.code));
         let mut schedule = self.plan.schedule.clone();
         for visit in schedule.iter_mut().flat_map(|schedule| &mut schedule.visits) {
             let place = self.placed(&Vector2::new(visit.north_m, visit.east_m));

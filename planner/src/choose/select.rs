@@ -33,12 +33,14 @@ use crate::{
     predict::{
         forecast::AuvForecast,
         goal::{GoalForecast, forecast_all},
+        motion::Motion,
     },
     problem::{frame::SPEED_WITHOUT_DIRECTION, horizon::Horizon, parameters::Parameters},
     program::build::Program,
     scp::{
         follower::{follow, invert_response, slew_limited, speed_lead, stage_at},
         iterations::Scp,
+        predicted_cost::Predicted,
         result::{CandidateTrajectory, Degraded, ScpResult, SolverReport},
     },
     snapshot::build::Snapshot,
@@ -114,6 +116,12 @@ pub(crate) fn select_answer(
     let trial = if is_lawful { trial } else { Trial::new(craft.heading.x, craft.surge.x) };
     craft.trial = beside::asked(trial, &horizon, asked_of_planner, best.reference);
     // 6. The answer.
+    // A craft that stands by has no goal but where it is.
+    let here = |time: f64| Motion {
+        position: snapshot.asc.position() + snapshot.current() * time,
+        velocity: snapshot.current(),
+    };
+    let goal_at = |time: f64| if snapshot.stands_by() { here(time) } else { goal.at(time) };
     let (command, through_water) = commanded(best.reference, snapshot);
     let by_program = (best.method == Method::Mpc).then_some(scp.violations);
     let violations = best.candidate.violations.into_iter();
@@ -129,13 +137,13 @@ pub(crate) fn select_answer(
         reference_through_water: through_water,
         valid_until: snapshot.t_s + parameters.validity.min(parameters.steps.iter().sum()),
         trajectory: horizon.trajectory(&best.candidate.stages).collect(),
-        goal: times().map(|time| GoalPoint::new(snapshot.t_s + time, goal.at(*time))).collect(),
+        goal: times().map(|time| GoalPoint::new(snapshot.t_s + time, goal_at(*time))).collect(),
         goal_course: goal.course(),
         targets: PlannedTarget::all(snapshot, &horizon.times, goal.auvs()),
         position_covariances: goal.auvs().iter().map(covariances).collect(),
         baseline: baseline(&horizon, &los.reference, &los.candidate, cut_short),
         solver: SolverReport { deadline_hit: stop.was_due() || snapshot.cut_short(), ..scp.report },
-        predicted: best.candidate.predicted,
+        predicted: if snapshot.stands_by() { Predicted::default() } else { best.candidate.predicted },
         cost_terms: best.candidate.terms,
         violations: violations.collect(),
         range_unattainable: horizon.constraints.range_unattainable,

@@ -46,7 +46,7 @@ pub struct HandOver {
 impl Assignment {
     /// The AUVs that the craft at an index serves now: its own, and those that it hands over.
     pub fn serves(&self, craft: usize) -> impl Iterator<Item = &VehicleId> {
-        let CraftAssignment { id, auvs } = &self.craft[craft];
+        let CraftAssignment { id, auvs, .. } = &self.craft[craft];
         let handed_over = self.hand_overs.iter().filter(move |hand_over| hand_over.craft == *id);
         auvs.iter().chain(handed_over.map(|hand_over| &hand_over.auv))
     }
@@ -61,6 +61,14 @@ pub struct CraftAssignment {
     /// The AUVs that it serves, none for a spare craft.
     #[schema(value_type = Vec<String>)]
     pub auvs: Vec<VehicleId>,
+    /// `true` for a spare craft that localises them beside the one whose they are.
+    #[serde(default, skip_serializing_if = "is_no")]
+    pub beside: bool,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
+fn is_no(said: &bool) -> bool {
+    !said
 }
 
 /// A transmission in a slot of the acoustic network.

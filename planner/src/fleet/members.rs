@@ -1,8 +1,5 @@
 //! The craft of a fleet, and what each of them plans for.
 
-use std::cmp::Ordering;
-use std::f64::consts::PI;
-
 use nalgebra::Vector2;
 
 use crate::choose::answer::Plan;
@@ -13,7 +10,7 @@ use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
 use crate::facts::goal::Goal;
 use crate::facts::localise::Figure;
 use crate::facts::ranges::{HAND_OVER, VESSEL_PLAN_LENGTH};
-use crate::facts::traffic::{CRAFT_LENGTH, CRAFT_SIGMA, VESSEL_SEPARATION_DEFAULT, Vessel};
+use crate::facts::traffic::Vessel;
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
 use crate::fleet::company::Company;
@@ -28,28 +25,27 @@ use crate::snapshot::check::InvalidRequest;
 use crate::solve::stop::Stop;
 use crate::visit::bound::least_cost_of;
 
-/// Room on the figure of craft that localise the same AUVs, as a share of what they need.
-const ROOM: f64 = 1.1;
-
 /// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
 const STAYS: f64 = 300.0;
 
 /// The craft of a fleet at one moment, in the order in which the others give way to them.
 #[derive(Clone, Debug)]
 pub struct Fleet {
-    ids: Vec<VehicleId>,
-    is_away: Vec<bool>,
+    pub(super) ids: Vec<VehicleId>,
+    pub(super) is_away: Vec<bool>,
     /// AUVs that each may serve, as bits of `auvs`.
-    serves: Vec<u32>,
-    snapshots: Vec<Snapshot>,
+    pub(super) serves: Vec<u32>,
+    pub(super) snapshots: Vec<Snapshot>,
     /// The AUVs that the goal depends on, as indices in the snapshots.
-    auvs: Vec<usize>,
+    pub(super) auvs: Vec<usize>,
     before: CraftOf,
     /// Time of the last change of the assignment, s.
     changed: f64,
     /// AUVs that were being handed over, and the time that it takes, s.
     hand_overs: Vec<HandOver>,
     hand_over_time: f64,
+    /// Craft that localised AUVs beside others.
+    pub(super) beside: Vec<CraftAssignment>,
 }
 
 impl Fleet {
@@ -82,13 +78,18 @@ impl Fleet {
             bits.fold(0, |set, (i, _)| set | 1 << i)
         };
         let craft_of = |auv: &usize| {
-            let craft = before?.craft.iter().find(|craft| craft.auvs.contains(id(auv)))?;
+            let mut own = before?.craft.iter().filter(|craft| !craft.beside);
+            let craft = own.find(|craft| craft.auvs.contains(id(auv)))?;
             members.iter().position(|member| member.id == craft.id)
         };
         Ok(Self {
             serves: members.iter().map(may_serve).collect(),
             before: auvs.iter().map(craft_of).collect(),
-            changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s),
+            // A clock that was set back makes no change a recent one for long.
+            changed: before.map_or(f64::NEG_INFINITY, |before| before.changed_s.min(leading.t_s)),
+            beside: before.map_or_else(Vec::new, |before| {
+                before.craft.iter().filter(|craft| craft.beside).cloned().collect()
+            }),
             hand_overs: before.map_or_else(Vec::new, |before| before.hand_overs.clone()),
             hand_over_time: 0.0,
             is_away: members.iter().map(|member| member.is_away).collect(),
@@ -138,41 +139,15 @@ impl Fleet {
             CraftAssignment {
                 id: id.clone(),
                 auvs: of.map(|(auv, _)| leading.auvs[*auv].id.clone()).collect(),
+                beside: false,
             }
         });
         let mut craft: Vec<_> = craft.collect();
-        if matches!(goal, Goal::Localise(_)) {
-            self.join(&mut craft);
-        }
-        let changed_s = if craft_of == self.before { self.changed } else { leading.t_s };
+        self.join(&mut craft);
+        let is_as_before = craft_of == self.before && self.changed.is_finite();
+        let changed_s = if is_as_before { self.changed } else { leading.t_s };
         let hand_overs = self.hand_overs_to(&craft_of);
         Assignment { craft, cost, bound, exact, kept, changed_s, hand_overs }
-    }
-
-    /// Lets spare craft localise the AUVs of others, too: those of the nearest of the craft with
-    /// the fewest beside them.
-    fn join(&self, craft: &mut [CraftAssignment]) {
-        let mut n_beside = vec![0; craft.len()];
-        for spare in 0..craft.len() {
-            if !craft[spare].auvs.is_empty() || self.is_away[spare] {
-                continue;
-            }
-            let may_serve = |id: &VehicleId| {
-                let place = self.auvs.iter().position(|auv| self.snapshots[0].auvs[*auv].id == *id);
-                place.is_some_and(|place| self.serves[spare] & (1 << place) != 0)
-            };
-            let at = |craft: usize| self.snapshots[craft].asc.position();
-            let others = (0..craft.len()).filter(|other| *other != spare && !craft[*other].auvs.is_empty());
-            let others = others.filter(|other| craft[*other].auvs.iter().all(may_serve));
-            let key = |other: &usize| (n_beside[*other], (at(*other) - at(spare)).norm());
-            let joined =
-                others.min_by(|one, other| key(one).partial_cmp(&key(other)).unwrap_or(Ordering::Equal));
-            if let Some(joined) = joined {
-                n_beside[joined] += 1;
-                n_beside[spare] = usize::MAX;
-                craft[spare].auvs = craft[joined].auvs.clone();
-            }
-        }
     }
 
     /// AUVs that other craft than those of `craft_of` still serve.
@@ -187,12 +162,14 @@ impl Fleet {
         let all = self.hand_overs.iter().cloned().chain(new);
         let goes_on = |hand_over: &HandOver| {
             let place = self.ids.iter().position(|id| *id == hand_over.craft);
-            let mut auvs = self.auvs.iter().zip(craft_of);
+            let auv = self.auvs.iter().position(|auv| leading.auvs[*auv].id == hand_over.auv);
             let left = hand_over.until_s - leading.t_s;
             0.0 < left
                 && left <= *HAND_OVER.end()
-                && place.is_some_and(|place| !self.is_away[place])
-                && auvs.any(|(auv, craft)| leading.auvs[*auv].id == hand_over.auv && *craft != place)
+                && auv.is_some_and(|auv| {
+                    let may_serve = |place: usize| self.serves[place] & (1 << auv) != 0;
+                    craft_of[auv] != place && place.is_some_and(may_serve)
+                })
         };
         let mut going = Vec::<HandOver>::new();
         for hand_over in all.filter(goes_on) {
@@ -259,9 +236,11 @@ impl Fleet {
     pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
         let spare = (0..self.n_craft()).filter(|craft| assignment.serves(*craft).next().is_none());
         let at_rest = spare.map(|craft| {
-            let asc = &self.snapshots[craft].asc;
-            let now = self.snapshots[craft].t_s;
-            let stays = (Vector2::zeros(), vec![[now + STAYS, asc.north_m, asc.east_m]]);
+            let snapshot = &self.snapshots[craft];
+            let (asc, now) = (&snapshot.asc, snapshot.t_s);
+            // Without way on it drifts with the current.
+            let end = asc.position() + snapshot.current() * STAYS;
+            let stays = (snapshot.current(), vec![[now + STAYS, end.x, end.y]]);
             let (velocity, plan) = if self.is_away[craft] { (self.velocity(craft), vec![]) } else { stays };
             Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
         });
@@ -285,13 +264,7 @@ impl Fleet {
         let of_others = others.flat_map(|other| assignment.serves(other));
         let of_others = of_others.filter(|id| !served.contains(id)).cloned().collect();
         let others = ahead.iter().filter(|vessel| vessel.id != self.ids[craft]);
-        let is_together = |other: &usize| assignment.serves(*other).collect::<Vec<_>>() == served;
-        let separation = snapshot.vessel_separation_m.unwrap_or(VESSEL_SEPARATION_DEFAULT);
-        let n_together = (0..self.n_craft()).filter(is_together).count();
-        let apart = separation + CRAFT_LENGTH / 2.0 + 2.0 * CRAFT_SIGMA;
-        // Two pass each other at a right angle, more go round side by side.
-        let turn = PI / n_together.max(4) as f64;
-        let least_radius = if n_together < 2 { 0.0 } else { ROOM * apart / (2.0 * turn.sin()) };
+        let least_radius = self.least_radius(assignment, craft);
         snapshot.part(goal, others.cloned(), of_others, least_radius)
     }
 

@@ -21,16 +21,20 @@ pub(super) struct Memory {
 impl Memory {
     pub(super) fn of<'a>(members: impl Iterator<Item = &'a Member>) -> Self {
         let mut memory = Self::default();
-        for plan in members.filter_map(|member| member.request.previous_plan.as_ref()) {
+        let mut plans: Vec<_> = members.filter_map(|member| member.request.previous_plan.as_ref()).collect();
+        // A craft that returns knows less than those that went on.
+        plans.sort_by(|one, other| made_at(other).total_cmp(&made_at(one)));
+        for plan in plans {
             for target in plan.targets.iter().flatten() {
                 memory.targets.entry(target.id.clone()).or_insert_with(|| target.clone());
             }
-            memory.plan.get_or_insert_with(|| PreviousPlan {
+            let newest = memory.plan.get_or_insert_with(|| PreviousPlan {
                 origin: plan.origin,
                 // When it was made; a trajectory that ends is followed by nobody.
                 trajectory: plan.trajectory.iter().take(1).copied().collect(),
                 ..PreviousPlan::default()
             });
+            let is_newest = made_at(newest) <= made_at(plan);
             if let Some(schedule) = &plan.schedule {
                 let all = memory.schedule.get_or_insert_with(|| Schedule {
                     visits: Vec::new(),
@@ -38,34 +42,45 @@ impl Memory {
                     alternatives: Vec::new(),
                     ..schedule.clone()
                 });
-                all.remember(schedule);
+                all.remember(schedule, is_newest);
             }
         }
         memory
     }
 
-    /// Gives it to a craft, beside its own.
+    /// Gives it to a craft, beside its own, which counts less if it is older.
     pub(super) fn give_to(&self, request: &mut PlanRequest) {
         let Some(without_craft) = &self.plan else { return };
         let plan = request.previous_plan.get_or_insert_with(|| without_craft.clone());
+        let is_newest = made_at(without_craft) <= made_at(plan);
         plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
         match (&mut plan.schedule, &self.schedule) {
-            (Some(own), Some(all)) => own.remember(all),
+            (Some(own), Some(all)) if is_newest => own.remember(all, true),
             (own, all) => own.clone_from(all),
         }
     }
 }
 
+/// Time of a plan, s.
+fn made_at(plan: &PreviousPlan) -> f64 {
+    plan.trajectory.first().map_or(f64::NEG_INFINITY, |at| at.t_s)
+}
+
 impl Schedule {
-    /// Adds what `other` knows of AUVs that this one does not know.
-    fn remember(&mut self, other: &Self) {
+    /// Adds what `other` knows of AUVs that this one does not know, and, if it is as new, lower
+    /// costs: two craft may have served one AUV.
+    fn remember(&mut self, other: &Self, is_as_new: bool) {
         if self.unit != other.unit {
             return;
         }
         self.next_visited = self.next_visited.take().or_else(|| other.next_visited.clone());
-        let is_new = |id: &VehicleId| self.costs.iter().all(|known| known.auv != *id);
-        let new: Vec<_> = other.costs.iter().filter(|known| is_new(&known.auv)).cloned().collect();
-        self.costs.extend(new);
+        for theirs in &other.costs {
+            match self.costs.iter_mut().find(|known| known.auv == theirs.auv) {
+                Some(known) if is_as_new && theirs.cost < known.cost => known.clone_from(theirs),
+                Some(_) => {}
+                None => self.costs.push(theirs.clone()),
+            }
+        }
         self.costs.truncate(AUVS_MAX);
     }
 }

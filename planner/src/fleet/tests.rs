@@ -274,6 +274,22 @@ fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
     assert_eq!(served, [2, 2, 2, 1]);
 }
 
+/// The goal of AUVs that ranges each 10 s fix, and whose variances grow by 0.05 m²/s.
+fn localise(auvs: &[&str]) -> Localise {
+    Localise {
+        auvs: auvs.iter().map(|auv| VehicleId::from(*auv)).collect(),
+        fixes: Fixes::Range,
+        growth_m2ps: 0.05,
+        sigma_m: 1.0,
+        sigma_rad: 0.0,
+        interval_s: 10.0,
+        stand_off_m: 0.0,
+        weights: BTreeMap::new(),
+        reduce: Reduce::Mean,
+        costs_now: BTreeMap::new(),
+    }
+}
+
 /// Root-mean-square error, m, that `n` craft leave to an AUV which only ranges to them fix, by a
 /// Kalman filter of its own, and the least distance between two of them, m.
 fn localised(seed: u64, n: usize) -> (f64, f64) {
@@ -288,18 +304,7 @@ fn localised(seed: u64, n: usize) -> (f64, f64) {
     let (mut covariance, mut sum, growth) = (Matrix2::identity() * 100.0, 0.0, 0.05);
     let (mut workspace, mut least, seconds) = (Workspace::default(), f64::INFINITY, 600);
     for t in 0..seconds {
-        let goal = Goal::Localise(Localise {
-            auvs: vec!["a".into()],
-            fixes: Fixes::Range,
-            growth_m2ps: growth,
-            sigma_m: 1.0,
-            sigma_rad: 0.0,
-            interval_s: 10.0,
-            stand_off_m: 0.0,
-            weights: BTreeMap::new(),
-            reduce: Reduce::Mean,
-            costs_now: BTreeMap::new(),
-        });
+        let goal = Goal::Localise(localise(&["a"]));
         let member = |k: usize| {
             let asc = Asc::new(craft[k].0, Heading::new(craft[k].1), 1.0);
             let auv = Auv::new("a", moving(0.0, 0.0, 8.0, 0.0, 0.0));
@@ -345,4 +350,45 @@ fn a_spare_craft_localises_what_another_one_does_too() {
     let ((alone, _), (together, least)) = (localised(1, 1), localised(1, 2));
     assert!(together < 0.8 * alone, "{together} of {alone}");
     assert!(32.5 < least, "{least}");
+}
+
+#[test]
+fn a_spare_craft_that_joins_owns_nothing_and_stays_where_it_joined() {
+    for far_first in [false, true] {
+        let members = |t_s: f64| -> Vec<Member> {
+            let goal = Goal::Localise(localise(&["a", "b"]));
+            let auvs =
+                [("a", 0.0), ("b", 400.0)].map(|(id, north)| Auv::new(id, moving(north, 0.0, 8.0, 0.0, 0.0)));
+            let member = |north: f64| {
+                let asc = Asc::new(Vector2::new(north, 30.0), Heading::new(0.0), 0.5);
+                let request = PlanRequest::new(t_s, asc, auvs.to_vec(), goal.clone());
+                let id = format!("asc-{north}").as_str().into();
+                Member { id, serves: None, is_away: false, place_before: 0, request }
+            };
+            // The spare one is as far from both.
+            let all = [-1500.0, 0.0, 400.0].map(member).to_vec();
+            if far_first { all } else { all.into_iter().rev().collect() }
+        };
+        let mut before: Option<Assignment> = None;
+        for t in 0..5 {
+            let fleet = fleet(members(f64::from(t)), (before.as_ref(), &[])).handing_over(600.0);
+            let now = fleet.assign(&Parameters::default(), &Stop::never());
+            let beside: Vec<_> =
+                now.craft.iter().filter(|craft| craft.beside).map(|craft| &*craft.id.0).collect();
+            assert_eq!((beside, now.hand_overs.len()), (vec!["asc--1500"], 0));
+            if let Some(before) = before {
+                assert_eq!((&now.craft, now.changed_s), (&before.craft, before.changed_s));
+            }
+            before = Some(now);
+        }
+    }
+}
+
+#[test]
+fn an_assignment_of_nothing_to_nobody_can_be_stored() {
+    let mut members = drawn(3, "", 1.0);
+    members.iter_mut().for_each(|member| member.is_away = true);
+    let nothing = assigned(members);
+    let text = serde_json::to_string(&nothing).expect("is JSON");
+    assert_eq!(serde_json::from_str::<Assignment>(&text).expect("is read"), nothing);
 }

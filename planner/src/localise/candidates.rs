@@ -56,7 +56,8 @@ impl Scene {
         let mut candidates = Vec::new();
         let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
         let largest = self.range_max.min(self.radius_max);
-        let radii = radii.filter(|radius| self.radius_min <= *radius && *radius <= largest);
+        let radii =
+            radii.filter(|radius| self.stand_off.max(self.least_radius) <= *radius && *radius <= largest);
         // The largest that a visit allows is usually the best.
         let radii = radii.chain(Some(self.radius_max).filter(|radius| radius.is_finite()));
         if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {
@@ -111,7 +112,7 @@ impl Scene {
         let Some(axis_rad) = axis else {
             return Vec::new();
         };
-        let figure = Figure { axis_rad, ..figure.clone() };
+        let figure = self.with_room(Figure { axis_rad, ..figure.clone() });
         let most = self.rate(&figure);
         let sized = |ratio: f64| Figure {
             ahead_m: figure.ahead_m * ratio,
@@ -128,10 +129,27 @@ impl Scene {
         let mut all = vec![paced(1.0)];
         if figure.kind != FigureKind::Above {
             let larger = NEIGHBOUR.min((self.radius_max / figure.size()).max(1.0));
-            let smaller = NEIGHBOUR.recip().max((self.radius_min / figure.size()).min(1.0));
+            let smaller = NEIGHBOUR.recip().max((self.least_radius / figure.size()).min(1.0));
             all.extend([sized(larger), sized(smaller), paced(NEIGHBOUR), paced(1.0 / NEIGHBOUR)]);
         }
         all
+    }
+
+    /// The figure, if it is not too small, or one that is large enough.
+    fn with_room(&self, figure: Figure) -> Figure {
+        let size = figure.size();
+        if figure.kind == FigureKind::Above || self.least_radius <= size {
+            return figure;
+        }
+        let ratio = self.least_radius / size.max(f64::MIN_POSITIVE);
+        Figure {
+            ahead_m: figure.ahead_m * ratio,
+            starboard_m: figure.starboard_m * ratio,
+            semi_ahead_m: figure.semi_ahead_m * ratio,
+            semi_starboard_m: figure.semi_starboard_m * ratio,
+            rate_radps: figure.rate_radps / ratio,
+            ..figure
+        }
     }
 
     fn figure(&self, kind: FigureKind, axis: f64, shape: [f64; 4], sense: f64) -> Figure {

@@ -49,8 +49,8 @@ pub(crate) struct Scene {
     pub(crate) interval: f64,
     pub(crate) stand_off: f64,
     pub(crate) range_max: f64,
-    /// Least and largest size of a figure, m.
-    pub(crate) radius_min: f64,
+    /// Least size of a figure that has room for other craft, and largest of any, m.
+    pub(crate) least_radius: f64,
     pub(crate) radius_max: f64,
     /// From starboard to port, independent of names and order.
     pub(crate) members: Vec<Member>,
@@ -139,7 +139,7 @@ impl Scene {
             interval,
             stand_off: localise.stand_off_m,
             range_max: snapshot.range_max().unwrap_or(f64::INFINITY),
-            radius_min: localise.stand_off_m.max(snapshot.least_radius()),
+            least_radius: snapshot.least_radius(),
             radius_max: f64::INFINITY,
             mean,
             speed,

@@ -12,7 +12,7 @@ use crate::problem::stage_constraints::RangePriority;
 use crate::problem::violation::{SoftLimit, Subject, Violation};
 
 /// Predicted cost of a trajectory over the horizon.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Predicted {
     /// Predicted cost of the trajectory; lower is better.
     #[serde(alias = "merit")]

@@ -181,7 +181,7 @@ impl FleetPlanner {
         }
         self.assigned_at = now;
         let nobody = alive.iter().map(|number| self.names[*number].0.clone());
-        let nobody = nobody.map(|id| CraftAssignment { id, auvs: vec![] });
+        let nobody = nobody.map(|id| CraftAssignment { id, auvs: vec![], beside: false });
         let mut assignment = Assignment { craft: nobody.collect(), ..Assignment::default() };
         let known: Vec<Snapshot> =
             (0..alive.len()).map(|place| fleet.snapshot(place, &assignment, &[])).collect();

@@ -348,6 +348,35 @@ async fn a_token_of_one_craft_reports_for_that_one_and_orders_nothing() {
     }
 }
 
+#[tokio::test(start_paused = true)]
+async fn what_one_craft_reports_stops_no_plan_of_another() {
+    let service = Service::start().await;
+    let live = json!({ "auvs": [{ "id": "a" }, { "id": "on-deck" }],
+        "surface_craft": [{ "id": "asc-0" }, { "id": "asc-1", "serves": ["a", "on-deck"] }],
+        "goal": { "kind": "track", "auv": "a" } });
+    let mission = service.create(&json!({ "schema_version": "1.0", "live": live })).await;
+    service.order(&mission, "run", json!({})).await;
+    // Before anybody is steered, nobody is assigned; that is stored, too.
+    let now = service.clock.unix_s();
+    let state = |east: f64| json!({ "north_m": 0.0, "east_m": east, "heading_rad": 0.0, "speed_mps": 0.0 });
+    let said = |state: &str| json!([{ "t_s": now, "state": state }]);
+    for (craft, east) in [("asc-0", 0.0), ("asc-1", 90.0)] {
+        let heard = json!({ "craft": craft, "asc": [{ "t_s": now, "state": state(east) }],
+            "steering": said("person"), "auvs": { "a": [{ "t_s": now, "north_m": 9.0, "east_m": 9.0, "sigma_m": 1.0 }] } });
+        service.order(&mission, "reports", heard).await;
+    }
+    service.clock.sleep(Duration::from_millis(1_500)).await;
+    // A vessel with the name of a craft, and an AUV of `serves` that was never heard.
+    let vessel = json!({ "craft": "asc-0", "steering": said("steering"),
+        "traffic": [{ "id": "asc-1", "north_m": 500.0, "east_m": 0.0, "course_rad": 0.0, "speed_mps": 1.0 }] });
+    service.order(&mission, "reports", vessel).await;
+    let service = service.restart().await;
+    service.clock.sleep(Duration::from_millis(2_500)).await;
+    let seen = service.ask(&mission).await;
+    assert_eq!(seen["plan"]["outcome"], "ok", "{seen}");
+    assert!(3 <= service.n_replayed(&mission));
+}
+
 /// The flights of `SHARED`, a range of seeds; none by default. A craft is lost at a drawn time, for
 /// good or for a while.
 #[tokio::test(start_paused = true)]

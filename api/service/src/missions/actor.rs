@@ -502,19 +502,24 @@ impl Context {
         }
     }
 
-    /// These newest plans of craft, and the last ones of all others.
-    fn with_others(&self, mut newest: Vec<Arc<StoredPlan>>) -> Vec<Arc<StoredPlan>> {
+    /// These newest plans of craft, and the last ones of the others that the mission still `has`.
+    fn with_others(
+        &self,
+        mut newest: Vec<Arc<StoredPlan>>,
+        has: impl Fn(Option<&str>) -> bool,
+    ) -> Vec<Arc<StoredPlan>> {
         let view = self.view.borrow();
         let others = view.plans.iter().filter(|other| newest.iter().all(|new| new.craft != other.craft));
+        let others = others.filter(|other| has(other.craft.as_deref()));
         let others: Vec<_> = others.cloned().collect();
         newest.extend(others);
         newest
     }
 
-    /// Shows the last plan of each craft.
-    fn show(&self, plans: Vec<Arc<StoredPlan>>) {
+    /// Shows the last plan of each craft, and the slots of a fleet.
+    fn show(&self, plans: Vec<Arc<StoredPlan>>, slots: Vec<Vec<SlotUse>>) {
         self.view.send_modify(|view| {
-            view.plans = plans;
+            (view.plans, view.slots) = (plans, slots);
             view.waits_for.clear();
         });
     }

@@ -133,7 +133,9 @@ impl CraftState {
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
         }
-        self.asc.take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m));
+        if self.asc.take_if(|asc| !is_near(asc.state.north_m, asc.state.east_m)).is_some() {
+            self.previous_plan = None;
+        }
         if let Some(plan) = &mut self.previous_plan {
             plan.origin = plan.origin.and(Some(origin));
             plan.move_positions(|position| change.moved(&position));
@@ -150,6 +152,11 @@ impl CraftState {
     pub(super) fn velocity(&self) -> Option<Vector2<f64>> {
         let plan = self.previous_plan.as_ref();
         self.asc.as_ref().map(|asc| over_ground(&asc.state, plan))
+    }
+
+    /// Time of its last plan, s.
+    pub(super) fn planned_at(&self) -> Option<f64> {
+        Some(self.previous_plan.as_ref()?.trajectory.first()?.t_s)
     }
 
     /// It at `now`, s, with what the planner is to know of its last plan; `None` if it was never heard.
@@ -182,8 +189,8 @@ impl CraftState {
             let rests = before.is_some_and(|before| now < before.until_s);
             return (rests.then_some(Away::Returning), before);
         };
-        // A craft that joins does not have to rest.
-        if self.asc.is_none() {
+        // One whose state was never heard, or that nobody asked to do anything, need not rest.
+        if self.asc.is_none() || why == Away::Waiting {
             return (Some(why), before);
         }
         let rest_s = match before {
@@ -202,6 +209,8 @@ impl CraftState {
         match said.map(|said| said.state) {
             Some(SteeringState::Person) => Some(Away::Person),
             Some(SteeringState::NotSteering) => Some(Away::NotSteering),
+            Some(SteeringState::Waiting) => Some(Away::Waiting),
+            None if self.asc.as_ref().is_some_and(|asc| !asc.steered) => Some(Away::Waiting),
             _ => self.strays.then_some(Away::DoesNotFollow),
         }
     }

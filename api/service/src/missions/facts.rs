@@ -20,7 +20,7 @@ const ASSIGNED_IN: usize = 3;
 /// What is planned for.
 pub(super) enum Facts {
     One(Box<Snapshot>),
-    Fleet { fleet: Box<Fleet>, assigned: Assigned, absences: Absences },
+    Fleet { fleet: Box<Fleet>, assigned: Assigned, absences: Absences, slots: Vec<Vec<SlotUse>> },
 }
 
 /// The plan of a craft, with its name in a fleet.
@@ -62,7 +62,8 @@ impl Facts {
             let assignment = fleet.assign(parameters, &stop);
             let (away, cut_short) = (absences.away.clone(), stop.was_due());
             let assigned = Assigned { t_s: now, assignment, away, cut_short };
-            Self::Fleet { fleet: Box::new(fleet), assigned, absences }
+            let slots = fleet.slots(&assigned.assignment);
+            Self::Fleet { fleet: Box::new(fleet), assigned, absences, slots }
         }))
     }
 
@@ -115,7 +116,7 @@ impl Facts {
     pub(super) fn slots(&self) -> Vec<Vec<SlotUse>> {
         match self {
             Self::One(_) => Vec::new(),
-            Self::Fleet { fleet, assigned, .. } => fleet.slots(&assigned.assignment),
+            Self::Fleet { slots, .. } => slots.clone(),
         }
     }
 

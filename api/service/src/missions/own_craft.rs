@@ -141,9 +141,19 @@ impl Berth {
         self.fleet.craft.lock().retain(|(number, _), _| *number != self.number);
     }
 
-    /// Shows the craft, one of the mission's by its `order`, to the others at `now`, Unix time, s.
-    pub(super) fn show(&self, order: usize, craft: Craft, now: f64) {
+    /// Shows the mission's craft, each with its order there, to the others at `now`, Unix time, s.
+    pub(super) fn show(&self, craft: Vec<(usize, Craft)>, now: f64) {
         let mut members = self.fleet.craft.lock();
+        let known = |key: &(u64, usize), known: &Member| {
+            key.0 != self.number || craft.iter().any(|(order, of)| *order == key.1 && of.id == known.craft.id)
+        };
+        members.retain(|key, member| known(key, member));
+        for (order, craft) in craft {
+            self.show_one(&mut members, order, craft, now);
+        }
+    }
+
+    fn show_one(&self, members: &mut BTreeMap<(u64, usize), Member>, order: usize, craft: Craft, now: f64) {
         let key = (self.number, order);
         let before = members.get(&key).map(|before| (before.since, before.until));
         // A craft that was never orderly does not have to become so again.
@@ -179,7 +189,8 @@ impl Berth {
         let fleet =
             members.iter().filter(|((number, _), own)| *number == self.number && own.craft.id.is_some());
         let near: Vec<_> = near.chain(fleet).map(|(key, member)| (*key, member.clone())).collect();
-        let (origin, here) = (first.craft.origin, first.craft.position);
+        let origin = first.craft.origin;
+        let here: Vec<_> = own.map(|own| own.craft.position).collect();
         drop(members);
         let mut seen: Vec<_> = near
             .into_iter()
@@ -187,17 +198,23 @@ impl Berth {
                 let is_orderly = member.is_orderly(now);
                 let vessel =
                     member.craft.seen_from((origin, order), number < self.number, is_orderly, now)?;
-                let is_hidden = number == self.number || self.number < number && is_orderly;
-                Some(((vessel.position() - here).norm(), is_hidden, vessel))
+                let is_own = number == self.number;
+                let is_hidden = is_own || self.number < number && is_orderly;
+                let distances = here.iter().map(|here| (vessel.position() - here).norm());
+                Some((distances.fold(f64::INFINITY, f64::min), is_hidden, is_own, vessel))
             })
             .collect();
         seen.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
         let echoes = reported.filter(|vessel| {
             let was = before.echoes.contains(&vessel.id);
-            seen.iter().any(|(.., craft)| is_echo(vessel, craft, was, now))
+            // A small boat beside a craft of the same fleet is another one, unless it has its name.
+            seen.iter().any(|(.., is_own, craft)| match is_own {
+                true => has_name_of(vessel, craft),
+                false => is_echo(vessel, craft, was, now),
+            })
         });
         let echoes = echoes.map(|vessel| vessel.id.clone()).collect();
-        let vessels = seen.into_iter().filter(|(_, is_hidden, _)| !is_hidden).map(|(.., vessel)| vessel);
+        let vessels = seen.into_iter().filter(|(_, is_hidden, ..)| !is_hidden).map(|(.., vessel)| vessel);
         OwnCraft { vessels: vessels.take(OWN_MAX).collect(), echoes }
     }
 }
@@ -264,7 +281,6 @@ fn are_near(one: &Origin, other: &Origin) -> bool {
 /// `true` if a reported `vessel` is the `craft`, as its name or else its motion says. One that
 /// `was` an echo stays so for longer.
 fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
-    let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
     let at = |of: &Vessel| {
         let velocity = of.velocity().unwrap_or_else(Vector2::zeros);
         (of.position() + velocity * (now - of.t_s.unwrap_or(now)), velocity)
@@ -273,10 +289,15 @@ fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
     let (distance, difference) = ECHO[usize::from(was)];
     let is_near = (place - there).norm() < distance && (velocity - their_velocity).norm() < difference;
     let is_small = vessel.length_m.is_none_or(|length| length <= ECHO_LENGTH);
-    let is_named = name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft));
+    let is_named = has_name_of(vessel, craft);
     // What AIS says of a craft that is silent is newer than what its mission knows.
     let is_heard = now - craft.t_s.unwrap_or(now) <= HEARD;
     vessel.id == craft.id || is_heard && (is_named || is_near && is_small)
+}
+
+fn has_name_of(vessel: &Vessel, craft: &Vessel) -> bool {
+    let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
+    name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft))
 }
 
 #[cfg(test)]
@@ -318,29 +339,29 @@ mod tests {
     fn the_later_mission_sees_the_earlier_plan_and_the_earlier_one_only_a_craft_that_cannot_give_way() {
         let fleet = Fleet::new(None);
         let [earlier, later] = [fleet.place(3), fleet.place(7)];
-        earlier.show(0, craft("one", 100.0, true), 100.0);
-        later.show(0, craft("two", 100.0, false), 100.0);
+        earlier.show(vec![(0, craft("one", 100.0, true))], 100.0);
+        later.show(vec![(0, craft("two", 100.0, false))], 100.0);
         assert_eq!(seen(&earlier, 100.0), [("m-two".to_owned(), 0)]);
         assert_eq!(seen(&later, 100.0), [("m-one".to_owned(), 1)]);
-        later.show(0, craft("two", 101.0, true), 101.0);
+        later.show(vec![(0, craft("two", 101.0, true))], 101.0);
         assert_eq!(seen(&earlier, 101.0), []);
         // Reports alone are no orderly plans.
-        later.show(0, craft("two", 108.0, false), 108.0);
+        later.show(vec![(0, craft("two", 108.0, false))], 108.0);
         assert_eq!((seen(&earlier, 109.0).len(), seen(&earlier, 109.1).len()), (0, 1));
         // Orderly again, but not for long.
         for t in 110..=139 {
-            later.show(0, craft("two", f64::from(t), true), f64::from(t));
+            later.show(vec![(0, craft("two", f64::from(t), true))], f64::from(t));
             assert_eq!(seen(&earlier, f64::from(t)).len(), 1, "{t}");
         }
-        later.show(0, craft("two", 140.0, true), 140.0);
+        later.show(vec![(0, craft("two", 140.0, true))], 140.0);
         assert_eq!(seen(&earlier, 140.0), []);
         // The earlier one has not planned any more: it is taken to go straight on.
         let straight = &later.look(140.0, [].into_iter(), &OwnCraft::default()).vessels[0];
         assert_eq!(straight.plan, [[200.0, 130.0, 0.0]]);
         // Another mission of the same bridge has the same craft.
-        earlier.show(0, craft("two", 140.0, true), 140.0);
+        earlier.show(vec![(0, craft("two", 140.0, true))], 140.0);
         assert_eq!(seen(&later, 140.0), []);
-        earlier.show(0, craft("one", 140.0, true), 140.0);
+        earlier.show(vec![(0, craft("one", 140.0, true))], 140.0);
         assert_eq!(seen(&later, 140.0).len(), 1);
         earlier.leave();
         assert_eq!(seen(&later, 140.0), []);
@@ -350,9 +371,9 @@ mod tests {
     fn a_craft_that_ais_tells_of_too_counts_once_and_is_seen_from_the_other_origin() {
         let fleet = Fleet::new(None);
         let [earlier, later] = [fleet.place(3), fleet.place(7)];
-        earlier.show(0, craft("one", 100.0, true), 100.0);
+        earlier.show(vec![(0, craft("one", 100.0, true))], 100.0);
         let north = Origin { lat_deg: 38.411, ..ORIGIN };
-        later.show(0, Craft { origin: north, ..craft("two", 100.0, true) }, 100.0);
+        later.show(vec![(0, Craft { origin: north, ..craft("two", 100.0, true) })], 100.0);
         let here = later.look(100.0, [].into_iter(), &OwnCraft::default()).vessels.remove(0);
         // A thousandth of a degree of latitude is 111 m here.
         assert!((here.north_m + 81.0).abs() < 0.1 && here.east_m.abs() < 0.1, "{here:?}");

@@ -261,8 +261,7 @@ impl Missions {
 
     /// The mission `id` as it is now, or was stored last.
     pub(super) async fn known(&self, id: &str) -> Result<Arc<Mission>, Problem> {
-        let active = self.actors().as_ref().and_then(|actors| actors.get(id).cloned());
-        match active {
+        match self.active(id)? {
             Some(handle) => Ok(Arc::clone(&handle.view.borrow().mission)),
             None => Ok(self.find(id).await?.1.into()),
         }

@@ -346,7 +346,8 @@ pub(crate) async fn get_reference(
     }
     let view = view.borrow().clone();
     let Some(plan) = view.plan(craft.as_deref()).cloned() else {
-        return Err(Problem::NoPlanYet(view.waits_for));
+        let own = craft.filter(|_| view.waits_for.is_empty());
+        return Err(Problem::NoPlanYet(view.waits_for.into_iter().chain(own).collect()));
     };
     Ok(Json(CurrentReference {
         mission: id,

@@ -277,14 +277,31 @@ impl MissionState {
     /// Who is away from the fleet at `now`, s.
     pub(super) fn absences(&self, now: f64) -> Absences {
         let (mut away, mut after) = (BTreeMap::new(), BTreeMap::new());
+        let planned_at = self.fleet.values().filter_map(CraftState::planned_at);
+        let newest = planned_at.fold(f64::NEG_INFINITY, f64::max);
         for (id, craft) in &self.fleet {
             let (why, absence) = craft.away(now);
+            // After a silence of all, or of the service, nobody has been away.
+            let has_missed = craft.planned_at().is_some_and(|at| at < newest);
+            let is_absent = why != Some(Away::Silent) || has_missed;
+            after.insert(id.clone(), if is_absent { absence } else { craft.absence });
             away.extend(why.map(|why| (id.clone(), why)));
-            after.insert(id.clone(), absence);
         }
         // A craft that follows badly is better than none.
-        if away.len() == self.fleet.len() {
-            away.retain(|_, why| !matches!(why, Away::DoesNotFollow | Away::Returning));
+        let all = &self.config.surface_craft;
+        let may_serve = |craft: &LiveCraft, auv: &str| {
+            craft.serves.as_ref().is_none_or(|serves| serves.iter().any(|served| served.0 == auv))
+        };
+        let is_present = |craft: &&LiveCraft| !away.contains_key(&craft.id.0);
+        let alone: Vec<&str> = goal_members(&self.config)
+            .filter(|auv| !all.iter().filter(is_present).any(|craft| may_serve(craft, auv)))
+            .collect();
+        let needed = all.iter().filter(|craft| alone.iter().any(|auv| may_serve(craft, auv)));
+        for craft in needed {
+            let can = |why: &Away| matches!(why, Away::DoesNotFollow | Away::Returning | Away::Waiting);
+            if away.get(&craft.id.0).is_some_and(can) {
+                away.remove(&craft.id.0);
+            }
         }
         Absences { away, after }
     }
@@ -302,9 +319,10 @@ impl MissionState {
     /// The craft of the fleet at `now`, s, for clients.
     pub(super) fn fleet_view(&self, now: f64) -> Vec<CraftView> {
         let away = self.absences(now).away;
-        let parts = self.assigned.iter().flat_map(|assigned| &assigned.assignment.craft);
+        let assignment = self.assigned.as_ref().map(|assigned| &assigned.assignment);
         let served = |id: &str| {
-            let auvs = parts.clone().filter(|part| part.id.0 == id).flat_map(|part| &part.auvs);
+            let place = assignment.and_then(|all| all.craft.iter().position(|part| part.id.0 == id));
+            let auvs = assignment.zip(place).into_iter().flat_map(|(all, place)| all.serves(place));
             auvs.map(|auv| auv.0.clone()).collect()
         };
         let named = self.each_craft().filter_map(|(id, craft)| Some((id?, craft)));
@@ -347,14 +365,7 @@ impl MissionState {
             let id = &*described.id.0;
             let craft = self.fleet.get(id)?;
             let request = self.request_of((Some(id), craft), now, (own, &silent))?;
-            let is_away = away.contains_key(id);
-            Some(Member {
-                id: described.id.clone(),
-                serves: described.serves.clone(),
-                is_away,
-                place_before: 0,
-                request,
-            })
+            Some(as_member(described, away.contains_key(id), request))
         };
         let (craft, unheard): (Vec<_>, Vec<_>) =
             self.config.surface_craft.iter().partition(|craft| !is_silent(&craft.id.0));
@@ -362,14 +373,7 @@ impl MissionState {
         let first = craft.first()?;
         let gone = unheard.into_iter().map(|described| {
             let previous_plan = self.fleet.get(&described.id.0).and_then(|craft| craft.previous_plan.clone());
-            let request = PlanRequest { previous_plan, ..first.request.clone() };
-            Member {
-                id: described.id.clone(),
-                serves: described.serves.clone(),
-                is_away: true,
-                place_before: 0,
-                request,
-            }
+            as_member(described, true, PlanRequest { previous_plan, ..first.request.clone() })
         });
         let gone = gone.collect();
         let before = self.assigned.as_ref().map(|assigned| assigned.assignment.clone());
@@ -389,10 +393,19 @@ impl MissionState {
         };
         let auvs = self.config.auvs.iter().filter_map(heard).collect();
         let mut request = request((&self.config, id), now, asc, auvs, previous_plan);
-        request.traffic = self.traffic.with((own, silent), request.asc.position());
+        let is_craft = |id: &str| self.fleet.contains_key(id);
+        request.traffic = self.traffic.with((own, silent), request.asc.position(), is_craft);
         request.current = current.or(request.current);
         Some(request)
     }
+}
+
+/// The craft as a member of its fleet. It may serve AUVs once they are heard.
+fn as_member(described: &LiveCraft, is_away: bool, request: PlanRequest) -> Member {
+    let mut serves = described.serves.clone();
+    let is_heard = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
+    serves.iter_mut().for_each(|serves| serves.retain(is_heard));
+    Member { id: described.id.clone(), serves, is_away, place_before: 0, request }
 }
 
 /// The order in which states of steering call for an operator.

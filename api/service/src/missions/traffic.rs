@@ -73,11 +73,17 @@ impl Traffic {
         self.0.retain(|_, vessel| is_near(vessel.north_m, vessel.east_m));
     }
 
-    /// The vessels of a request of a craft at `here`: what was heard, with the `own` craft of the
-    /// service, and `silent` ones of the fleet.
-    pub(super) fn with(&self, (own, silent): (&OwnCraft, &[Vessel]), here: Vector2<f64>) -> Vec<Vessel> {
+    /// The vessels of a request of a craft at `here`: what was heard, but for names of which
+    /// `is_craft` says that they are those of the fleet, with the `own` craft of the service, and
+    /// `silent` ones of the fleet.
+    pub(super) fn with(
+        &self,
+        (own, silent): (&OwnCraft, &[Vessel]),
+        here: Vector2<f64>,
+        is_craft: impl Fn(&str) -> bool,
+    ) -> Vec<Vessel> {
         let mut others = self.clone();
-        others.0.retain(|_, vessel| !own.echoes.contains(&vessel.id));
+        others.0.retain(|id, vessel| !own.echoes.contains(&vessel.id) && !is_craft(id));
         let known = own.vessels.len() + silent.len();
         others.keep(VESSELS_MAX.saturating_sub(known), |vessel| (vessel.position() - here).norm());
         others.0.into_values().chain(own.vessels.iter().chain(silent).cloned()).collect()

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clock::Clock;
-use planner::stop::Stop;
+use planner::{fleet::SlotUse, stop::Stop};
 
 use super::{Actor, Checkpoint, Command, Context, IdempotencyKey, LiveMission, StoredPlan};
 use crate::{
@@ -23,7 +23,7 @@ use crate::{
     planning::pool::Priority,
 };
 use wire::mission::{Assigned, Reports, Setting, SteeringState};
-use wire::{FieldError, Origin, Outcome, PlanResponse};
+use wire::{FieldError, Method, Origin, Outcome, PlanResponse};
 
 /// Most events after a checkpoint: a restart reads them one by one.
 const EVENTS_PER_CHECKPOINT_MAX: u32 = 64;
@@ -98,6 +98,10 @@ impl Actor for Live {
             Command::Report(_, Some(origin)) | Command::Change(_, Some(origin))
                 if self.state.origin() != Some(origin) =>
             {
+                return Err(Problem::Behind);
+            }
+            // The craft has left the fleet since the reports were read.
+            Command::Report(heard, _) if self.state.craft(heard.craft.as_deref()).is_none() => {
                 return Err(Problem::Behind);
             }
             Command::Report(mut heard, _) => {
@@ -278,8 +282,8 @@ impl Live {
         }
         let news = facts.news(self.state.assigned());
         events.extend(news.clone().map(|news| Event::Assigned(Box::new(news))));
-        self.store_plans(events, plans, (left, facts.absences(), news.map(Box::new))).await?;
-        self.context.view.send_modify(|view| view.slots = facts.slots());
+        let after = (left, facts.absences(), news.map(Box::new));
+        self.store_plans(events, plans, after, facts.slots()).await?;
         let metrics = &self.context.planners.metrics;
         for craft in &made {
             metrics.plan(PlanFor::Live, &craft.made.plan, craft.made.solve_time);
@@ -297,10 +301,11 @@ impl Live {
         events: Vec<Event>,
         plans: Vec<Arc<StoredPlan>>,
         after: AfterPlans,
+        slots: Vec<Vec<SlotUse>>,
     ) -> Result<(), Problem> {
         let is_assigned = after.2.is_some();
         let mut before = exchange(Arc::make_mut(&mut self.state), after);
-        let shown = self.context.with_others(plans.clone());
+        let shown = self.context.with_others(plans.clone(), |id| self.state.craft(id).is_some());
         let checkpoint = Checkpoint::new(Some(&*self.state), &shown);
         if let Err(problem) = self.context.append(&events, None, Some(checkpoint)).await {
             // The next plan follows the last one that is stored.
@@ -314,7 +319,7 @@ impl Live {
         for plan in &plans {
             self.log_changes(plan);
         }
-        self.context.show(shown);
+        self.context.show(shown, slots);
         if is_assigned {
             tracing::info!(mission = self.context.mission.id, "AUVs are assigned");
             self.show_heard();
@@ -372,7 +377,10 @@ impl Live {
 
     /// Counts the mission while it runs and its newest plan warns that the craft does not follow.
     fn count_does_not_follow(&mut self) {
-        let does_follow = self.context.view.borrow().plans.iter().all(|plan| follows(plan));
+        let view = self.context.view.borrow();
+        let newest = view.plans.iter().map(|plan| plan.time).fold(f64::NEG_INFINITY, f64::max);
+        let does_follow = view.plans.iter().all(|plan| plan.time < newest || follows(plan));
+        drop(view);
         let warns = self.context.is_running() && !does_follow;
         if warns != self.does_not_follow.is_some() {
             let metrics = &self.context.planners.metrics;
@@ -398,12 +406,17 @@ impl Live {
         }
         let Some(origin) = self.state.origin().filter(|_| self.is_among_others()) else { return };
         let view = self.context.view.borrow();
+        let newest = view.plans.iter().map(|plan| plan.time).fold(f64::NEG_INFINITY, f64::max);
+        let mut shown = vec![];
         for (place, (id, known)) in self.state.each_craft().enumerate() {
             let (Some(asc), Some(velocity)) = (known.asc.as_ref(), known.velocity()) else { continue };
             let (Some(lat_deg), Some(lon_deg)) = (asc.state.lat_deg, asc.state.lon_deg) else { continue };
-            let answer = view.plan(id).map(|plan| &plan.answer.answer);
+            let plan = view.plan(id);
+            let is_planned = is_planned && plan.is_some_and(|plan| newest <= plan.time);
+            let answer = plan.map(|plan| &plan.answer.answer);
             let follows = |answer: &PlanResponse| {
-                answer.outcome == Outcome::Ok && answer.craft_estimate.follows && asc.steered
+                let gives_way = answer.outcome == Outcome::Ok && answer.method != Method::Hold;
+                gives_way && answer.craft_estimate.follows && asc.steered
             };
             let steering = known.steering.as_ref().is_none_or(|said| said.state == SteeringState::Steering);
             // A plan from before the origin changed has other coordinates.
@@ -423,8 +436,9 @@ impl Live {
                 period: self.mission.config.period_s,
                 is_orderly: is_planned && steering && answer.is_some_and(follows),
             };
-            self.berth.show(place, craft, self.context.clock().unix_s());
+            shown.push((place, craft));
         }
+        self.berth.show(shown, self.context.clock().unix_s());
     }
 
     fn show_heard(&self) {

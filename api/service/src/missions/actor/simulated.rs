@@ -209,7 +209,7 @@ impl Simulated {
             progress.sequence = self.context.mission.sequence;
             self.progress = Some(progress);
             if let Some(plan) = plan {
-                self.context.show(vec![plan]);
+                self.context.show(vec![plan], vec![]);
             }
         }
         Ok(stored)
