@@ -85,6 +85,10 @@ release-check *more:
 paper:
     python3 examples/paper.py --program "$(.ci/program)" --out target/paper
 
+# The moving picture at the top of the README, docs/hand-over.webp: a minute
+animation:
+    .ci/page-test --animate
+
 # The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
 figures-in-docs:
     UPDATE_DOCS=1 cargo test -p pilotfish --test program the_slow_figures
