@@ -25,7 +25,9 @@ PIXELS = 3.0
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 MARK = "end of a block"
 # What the pages call the ports of this machine; the bridge's is of UDP.
-PORTS = ["8080", "8000", "14560"]
+SERVICE, LAW, BRIDGE = "8080", "8000", "14560"
+# A reader waits a second for a law to start; the test until it is there.
+LISTENING = 'listening() { until (exec 3<>"/dev/tcp/127.0.0.1/$1") 2>/dev/null; do sleep 0.05; done; }\n'
 PAGES = [
     "1-follow-one-auv",
     "2-hand-over",
@@ -72,8 +74,9 @@ def run(page: str, folder: Path) -> list[str]:
     (folder / "bin").mkdir()
     (folder / "bin" / "pilotfish").symlink_to(program())
     steps = [f"{text}echo '{MARK}'\n" for language, text in blocks(page) if language == "bash"]
-    script = "set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n" + "".join(steps)
-    for port in PORTS:
+    script = "set -euo pipefail\ntrap 'kill $(jobs -p) 2>/dev/null || true' EXIT\n" + LISTENING + "".join(steps)
+    script = re.sub(r"(_law\.py\b.*&.*\n\s*)sleep 1\n", rf"\1listening {LAW}\n", script)
+    for port in (SERVICE, LAW, BRIDGE):
         other = free_port()
         script = script.replace(port, other)
         for file in ("own_law.py", "boat.py"):
