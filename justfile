@@ -77,9 +77,17 @@ scoreboard:
     bin=$(.ci/downloads python python-client)/bin && "$bin/pip" --quiet install --no-deps --no-build-isolation ./api/python && \
         "$bin/python" -m pilotfish.analysis report target/scoreboard
 
+# Versions, metadata, licences, links, changelog, first load; `just release-check --release` on the commit that is released
+release-check *more:
+    .ci/release-check {{more}}
+
 # The source paper's figures and what it prints, beside what is flown here, into target/paper (docs/paper.md): half a minute
 paper:
     python3 examples/paper.py --program "$(.ci/program)" --out target/paper
+
+# The moving picture at the top of the README, docs/hand-over.webp: a minute
+animation:
+    .ci/page-test --animate
 
 # The tables of figures in README.md and docs/, each by the commands in the comment above it: two minutes
 figures-in-docs:

@@ -1,6 +1,7 @@
 """A boat and an AUV that speak MAVLink like ArduPilot's Rover: for a first try of `pilotfish bridge` without a craft.
 
 Needs pymavlink. The bridge listens: pilotfish bridge mavlink --connect udp:127.0.0.1:14560 --auv 2=auv-1 --name rehearsal
+With --modem the boat has an EvoLogics USBL, too, which hears two AUVs: --modem tcp:127.0.0.1:9200=examples/usbl.json
 Places and velocities (north, east), m and m/s, are complex numbers; headings are clockwise from north, rad.
 """
 
@@ -8,6 +9,7 @@ import argparse
 import cmath
 import math
 import os
+import random
 import socket
 import time
 
@@ -46,9 +48,16 @@ def auv(t: float) -> complex:
 
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-parser.add_argument("--port", type=int, default=14560, help="UDP port of the bridge on this machine")
+parser.add_argument("--host", default="127.0.0.1", help="machine of the bridge")
+parser.add_argument("--port", type=int, default=14560, help="UDP port of the bridge")
+parser.add_argument("--modem", type=int, help="TCP port on which a USBL modem says where two AUVs are, every five seconds in turn")
+parser.add_argument("--lag", type=float, default=STEP, help="time constant of speed and heading, s")
 parser.add_argument("--duration", type=float, default=math.inf, help="s")
 arguments = parser.parse_args()
+usbl = socket.create_server(("", arguments.modem)) if arguments.modem else None
+listeners: list[socket.socket] = []
+if usbl:
+    usbl.setblocking(False)
 wire = socket.socket(type=socket.SOCK_DGRAM)
 wire.setblocking(False)
 boat, submarine = (mav.MAVLink(None, srcSystem=system, srcComponent=1) for system in (1, 2))
@@ -58,13 +67,45 @@ asked, asked_at, began, tick = (0.0, 0.0), -math.inf, time.monotonic(), 0
 
 
 def send(sender: mav.MAVLink, message: mav.MAVLink_message) -> None:
-    wire.sendto(message.pack(sender), ("127.0.0.1", arguments.port))
+    try:
+        wire.sendto(message.pack(sender), (arguments.host, arguments.port))
+    except OSError:
+        pass  # in a container: the bridge has no name yet
+
+
+def under_water(t: float, which: int) -> complex:
+    """One of two lanes of 120 m, 50 m apart, at 0.5 m/s, the second 20 m ahead."""
+    along = (0.5 * t + 20 * which) % 240
+    return complex(min(along, 240 - along), 10 + 50 * which)
+
+
+def usbllong(address: int, from_modem: complex, down: float) -> bytes:
+    """What the modem prints of a signal that arrived just now: east, north and up, turned by its own compass."""
+    east, north = (part + random.gauss(0, 1) for part in (from_modem.imag, from_modem.real))
+    propagation_us = 1e6 * math.hypot(east, north, down) / 1500
+    now = time.time()
+    where = f"{east:.4f},{north:.4f},{-down:.4f}"
+    return f"USBLLONG,{now:.6f},{now:.6f},{address},{where},{where},0,0,0,{propagation_us:.0f},-36,77,1.4\r\n".encode()
+
+
+def say(line: bytes) -> None:
+    """Prints a line of the modem to everyone who is connected."""
+    try:
+        listeners.append(usbl.accept()[0])
+    except BlockingIOError:
+        pass
+    for one in list(listeners):
+        try:
+            one.sendall(line)
+        except OSError:
+            listeners.remove(one)
 
 
 while (t := tick * STEP) < arguments.duration:
     follows = t - asked_at < REFERENCE_MAX
-    speed += clamp((asked[0] if follows else 0.0) - speed, ACCELERATION * STEP)
-    heading = wrapped(heading + clamp(wrapped(asked[1] - heading) if follows else 0.0, TURN_MAX * STEP))
+    share = min(1.0, STEP / arguments.lag)
+    speed += clamp(share * ((asked[0] if follows else 0.0) - speed), ACCELERATION * STEP)
+    heading = wrapped(heading + clamp(share * wrapped(asked[1] - heading) if follows else 0.0, TURN_MAX * STEP))
     velocity = cmath.rect(speed, heading)
     place += velocity * STEP
     ms, cm_s = round(1000 * t) + 1, [round(100 * part) for part in (velocity.real, velocity.imag, 0.0)]
@@ -83,6 +124,9 @@ while (t := tick * STEP) < arguments.duration:
     if tick % 50 == 0:
         rest = (-10, [0] * 3, [0] * 3, [1, 0, 0, 0], [0] * 3, [1.5] * 3, 0)
         send(submarine, mav.MAVLink_follow_target_message(ms, 1, *degrees(auv(t)), *rest))
+        if usbl:
+            which = tick // 50 % 2
+            say(usbllong(which + 2, under_water(t, which) - place, 8.0 + 4 * which))
         print(
             f"{t:5.0f} s: {speed:.2f} m/s, heading {math.degrees(heading) % 360:3.0f}°, {abs(place - auv(t)):5.1f} m from the AUV",
             flush=True,

@@ -124,12 +124,16 @@ def in_time(title, unit, curves, down=False):
 
 
 def figure(folder, number, *panels):
+    write(folder / f"fig-{number}.svg", *panels)
+
+
+def write(file, *panels):
     """Panels below each other, as a file."""
     body = [line for i, draw in enumerate(panels) for line in draw(i * HEIGHT)]
-    size = f'viewBox="0 0 {WIDTH} {len(panels) * HEIGHT}"'
+    size = f'width="{WIDTH}" viewBox="0 0 {WIDTH} {len(panels) * HEIGHT}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="10">'
     lines = [head, '<rect width="100%" height="100%" fill="#fff"/>', *body, "</svg>", ""]
-    (folder / f"fig-{number}.svg").write_text("\n".join(lines), encoding="utf-8")
+    file.write_text("\n".join(lines), encoding="utf-8")
 
 
 def path_following(folder, auv):

@@ -1,11 +1,13 @@
 // Flies every scenario with a surface craft, seed 1, under the planner and, where the goal is the same for both, under the line-of-sight law that is
-// nearest of those that `pilotfish compare` tunes, and writes what the first page draws of them, with the gains of all laws:
+// nearest of those that `pilotfish compare` tunes, and writes what the first page draws of them, with the gains of all laws. Where the goal visits or
+// localises, it writes the planner's score instead:
 //   node gallery.mjs FILE          writes it
 //   node gallery.mjs FILE NAME...  flies these scenarios alone, and keeps the others
 //   node gallery.mjs --check FILE  says whether it is still what is flown
 
-import { execFileSync } from "node:child_process";
+import { execFile, execFileSync } from "node:child_process";
 import { readFile, writeFile } from "node:fs/promises";
+import { promisify } from "node:util";
 import { Recording } from "../../api/page/web/recording.js";
 import { scores } from "../../api/page/web/scores.js";
 import { SIZE } from "../../api/page/web/thumbnail.js";
@@ -62,6 +64,16 @@ function tuned(scenario) {
   return { law, gains: Object.fromEntries(Object.entries(laws).map(([name, { gains }]) => [name, Object.values(gains)])) };
 }
 
+/** What visits or ranges were worth to the AUVs: their mean cost and how many visits, or how far off they are localised. */
+async function worth(scenario) {
+  if (!/^(visit|localise)-/.test(scenario)) return {};
+  // Not synchronously: the service closes a connection that is silent, and nobody here would notice.
+  const { stdout: said } = await promisify(execFile)(PROGRAM, ["simulate", scenario]), score = (key) => Number(new RegExp(`^${key}\\s+(\\S+)`, "m").exec(said)?.[1]);
+  if (scenario.startsWith("localise")) return { localised_rms_m: score("localisation.rms_m") };
+  const cost = /^cost = \{(\w+)/m.exec(execFileSync(PROGRAM, ["scenarios", scenario], { encoding: "utf8" }))?.[1] ?? "age";
+  return { visits: { n: score("visits.visits"), cost, mean: score("visits.mean_cost") } };
+}
+
 async function drawn(scenario, { law, gains }) {
   const [planner, los] = await Promise.all(["mpc", ...law ? [law] : []].map(async (controller) => {
     const given = controller === law && { gains: Object.fromEntries(gains[law].map((value, i) => [["look_ahead_m", "along_track_gain_per_s", "integral_gain_mps"][i], value])) };
@@ -79,7 +91,7 @@ async function drawn(scenario, { law, gains }) {
   const land = no_go.flatMap(({ polygon, holes = [] }) => [polygon, ...holes]).map((ring) => `${path(ring)}z`).join("");
   const both = (key) => [planner, los].map((recording) => Math.round(1000 * scores(recording)[key]) / 1000);
   return {
-    duration_s, ...los && { law, gains, rms_m: both("rms_m"), settled_rms_m: both("settled_rms_m") },
+    duration_s, ...await worth(scenario), ...los && { law, gains, rms_m: both("rms_m"), settled_rms_m: both("settled_rms_m") },
     paths: { ...land && { "no-go": land }, ...area.length && { area: `${path(area)}z` }, ...vessels.length && { vessel: path(...vessels) }, auv: path(...auvs), ...los && { los: path(points(los.craft)) }, plan: path(craft) },
     ...keep_outs.length && { keep_outs: keep_outs.map((disc) => [x(disc.east_m), y(disc.north_m), Math.round(disc.radius_m * scale)]) },
   };

@@ -55,6 +55,20 @@ test("a scenario runs from the gallery to its end, and any moment of it can be l
   await expect(page.getByRole("button", { name: /Pause/ }).last()).toBeVisible();
 });
 
+test("the list names the controllers of simulated missions, and cards say what visits and ranges were worth", async ({ page, service }) => {
+  for (const controller of [undefined, "saturated_los"]) await service.post("/v1/missions", { schema_version: "1.0", title: `by ${controller}`, simulated: { scenario: "calm", controller } });
+  await service.post("/v1/missions", { schema_version: "1.0", title: "by nobody", live: { auvs: [{ id: "auv-1" }], goal: { kind: "track", auv: "auv-1" } } });
+  await go(page, service, "#/");
+  for (const [title, kind] of [["by undefined", "simulated, planner"], ["by saturated_los", "simulated, line of sight"], ["by nobody", "live"]]) {
+    await expect(page.locator("tr", { hasText: title }).locator(".kind")).toHaveText(kind);
+  }
+  const { scenarios } = await service.get("/gallery.json"), costs = { age: "s since a visit", uncertainty: "m² of variance", data: "kbit not uploaded" };
+  for (const { name, visits, localised_rms_m } of scenarios.filter((scenario) => /^(visit|localise)-/.test(scenario.name))) {
+    const words = visits ? `Planner: ${visits.n} visits, mean ${visits.mean.toFixed(1)} ${costs[visits.cost]}` : `Planner: AUVs ${localised_rms_m.toFixed(1)} m off (RMS)`;
+    await expect(page.locator(".gallery-card", { has: page.getByRole("heading", { name, exact: true, includeHidden: true }) })).toContainText(words);
+  }
+});
+
 test("the slider of a simulated mission that is under way is as full as its time is over", async ({ page, service }) => {
   const { id } = await service.post("/v1/missions", { schema_version: "1.0", title: "under way", simulated: { scenario: "about-face", seed: 1 } });
   await stepped(service, id, 151);

@@ -102,8 +102,8 @@ function sail(craft, reference, step) {
  * clock. A fix in ten is far off. Fixes are `fixAge` seconds old; a `stuck` craft does not move. It says with each report that it is steered, or what it is to
  * `say`, and what `traffic` is after so many seconds, at the moment that is passed to it.
  */
-export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false, traffic = () => [] } = {}) {
-  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin };
+export async function liveMission(service, { ids = ["auv-1", "auv-2"], clockRate = 1, title = "a live mission", origin, goal, fixAge = 0, stuck = false, no_go, traffic = () => [] } = {}) {
+  const live = { auvs: ids.map((id) => ({ id })), goal: goal ?? { kind: "track", auv: ids[0] }, clock_rate: clockRate, keep_outs: KEEP_OUTS, origin, no_go };
   const { id, created_s } = await service.post("/v1/missions", { schema_version: "1.0", title, live });
   await service.post(`/v1/missions/${id}/run`, {});
   const clock = () => created_s + clockRate * (Date.now() / 1000 - created_s);

@@ -95,6 +95,7 @@ async fn a_scene_has_the_contents_of_a_map_and_the_controller_s_task() {
     let flown = mission::Mission::new(&scenario, "", 1).expect("starts");
     let expected = json!(["saturated_los", 1920.0, flown.record().settled_after]);
     assert_eq!(json!([scene["controller"], scene["duration_s"], scene["settled_after_s"]]), expected);
+    assert_eq!(service.ask("/v1/missions").await["missions"][0]["controller"], scene["controller"]);
     let n_paths = scene["paths"].as_object().map(serde_json::Map::len);
     let n_discs = scene["keep_outs"].as_array().map(Vec::len);
     assert_eq!((n_discs, n_paths), (Some(1), Some(2)));

@@ -13,7 +13,7 @@ use planner::{
     program::Slack,
 };
 use serde_json::{Value, json};
-use service::examples::EXAMPLES;
+use service::{Settings, examples::EXAMPLES};
 use tests::client::{Answer, answered, call, example, get, post, send, served, simulated_machine, with};
 
 /// The answer to `request`, without errors, on a simulated machine.
@@ -256,6 +256,25 @@ async fn no_answer_is_for_a_page_of_another_origin() {
         }
         let mut names = answer.headers.keys().map(axum::http::HeaderName::as_str);
         assert!(!names.any(|name| name.starts_with("access-control-")), "{path}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stated_origin_may_frame_the_page_and_nothing_else() {
+    let framed_by = vec!["http://blueos.local:80".parse().expect("is a value")];
+    let settings = || Settings { framed_by: framed_by.clone(), ..simulated_machine() };
+    for path in ["/", "/docs", "/page.css"] {
+        let answer = send(settings(), get(path)).await;
+        let policy = answer.header("content-security-policy");
+        assert!(policy.starts_with("default-src 'self'; base-uri 'none'"), "{path}: {policy}");
+        assert!(policy.ends_with("; frame-ancestors http://blueos.local:80"), "{path}: {policy}");
+        // Browsers that know both obey this one, too.
+        assert!(!answer.headers.contains_key("x-frame-options"), "{path}");
+    }
+    for path in ["/openapi.json", "/version", "/v1/limits"] {
+        let answer = send(settings(), get(path)).await;
+        assert_eq!(answer.header("x-frame-options"), "DENY", "{path}");
+        assert!(answer.header("content-security-policy").ends_with("frame-ancestors 'none'"), "{path}");
     }
 }
 

@@ -22,6 +22,8 @@ const GROUPS = [
   ["The paper's missions", /^paper/], ["Hand-overs and turns", /^(switching|about|anti|crowded|otter)/], ["Surveys", /^(survey|fast)/], ["Visits", /^visit/], ["Ranges", /^localise/],
   ["Other vessels", /^traffic/], ["No-go areas", /^no-go/], ["Silence and faults", /^(silence|target|faults)/], ["Water and noise", /./],
 ];
+/** Units of the costs of visits. @type {Record<string, string>} */
+const COST_UNITS = { age: "s since a visit", uncertainty: "m² of variance", data: "kbit not uploaded" };
 /** Speed factor of a run from the gallery: fast enough to see it end, slow enough to watch. */
 const WATCHED_SPEED = 60;
 
@@ -82,7 +84,7 @@ function find(gallery, words) {
 
 /** @param {any} scenario @param {Context} context */
 function card(scenario, context) {
-  const { rms_m, law } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
+  const { rms_m, law, visits, localised_rms_m } = scenario, said = el("p", { class: "said", role: "status" }), forbidden = context.role === "read-only";
   const run = el("button", {
     type: "button", class: "primary", disabled: forbidden, "aria-label": `Run ${scenario.name}`, onclick: async () => {
       fill(said, "Starting…");
@@ -100,6 +102,7 @@ function card(scenario, context) {
   const bar = (/** @type {string} */ colour, /** @type {string} */ name, /** @type {number} */ value) => el("p", { class: "bar", style: `--bar: var(--${colour}); --share: ${(100 * value) / Math.max(...rms_m)}%` }, `${number(value, 2, "m")} ${name}`);
   return el("li", { class: "panel gallery-card" }, thumbnail(scenario), el("h3", {}, scenario.name), el("p", {}, scenario.title),
     el("p", { class: "about" }, duration(scenario.duration_s)), rms_m && [bar("plan", "planner", rms_m[0]), bar("los", `${methodName(law)}, tuned`, rms_m[1])],
+    visits && el("p", {}, `Planner: ${visits.n} visits, mean ${number(visits.mean, 1, COST_UNITS[visits.cost])}`), localised_rms_m && el("p", {}, `Planner: AUVs ${number(localised_rms_m, 1, "m")} off (RMS)`),
     el("div", { class: "row" }, run, compare), said);
 }
 
@@ -193,7 +196,7 @@ function showMissions(list, missions, states, context) {
 
 /** @param {any} mission @param {Context} context */
 function newRow(mission, context) {
-  const row = el("tr", {}, el("th", { scope: "row" }, el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, named(mission.title || mission.id)), " ", el("span", { class: "kind" }, mission.kind)),
+  const row = el("tr", {}, el("th", { scope: "row" }, el("a", { href: `#/mission/${encodeURIComponent(mission.id)}` }, named(mission.title || mission.id)), " ", el("span", { class: "kind" }, mission.controller ? `${mission.kind}, ${methodName(mission.controller)}` : mission.kind)),
     COLUMNS.slice(1).map((name) => el("td", { class: name === "warnings" ? "notes" : "" })),
     context.role === "admin" && el("td", {}, el("button", { type: "button", class: "danger", "aria-label": `Delete ${mission.title || mission.id}`, onclick: () => remove(mission) }, "Delete")));
   row.dataset.id = mission.id;

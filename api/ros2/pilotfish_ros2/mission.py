@@ -57,6 +57,7 @@ class MissionLink:
         self._vessels: dict[str, dict[str, Any]] = {}
         self._notes: deque[dict[str, Any]] = deque(maxlen=WAITING_MAX)
         self._steering: dict[str, Any] | None = None
+        self._orders: deque[tuple[str, Callable[[Mission], Any]]] = deque(maxlen=WAITING_MAX)
 
     def start(self) -> None:
         """Starts both threads."""
@@ -88,6 +89,20 @@ class MissionLink:
         with self._lock:
             self._steering = word
 
+    def order(self, words: str, call: Callable[[Mission], Any]) -> None:
+        """Gives the mission an order soon, once; the log says what became of it."""
+        self._orders.append((words, call))
+
+    def _obey(self, mission: Mission) -> None:
+        while self._orders:
+            words, call = self._orders.popleft()
+            try:
+                call(mission)
+            except PilotfishError as error:
+                self._log(f"{words}: not done: {error}")
+            else:
+                self._log(f"{words}: done")
+
     def _run(self) -> None:
         try:
             mission = self._insist(self._find)
@@ -99,6 +114,7 @@ class MissionLink:
         while True:
             started_s = time.monotonic()
             self._post(mission)
+            self._obey(mission)
             time.sleep(max(self._interval_s - (time.monotonic() - started_s), 0.0))
 
     def _insist(self, call: Callable[[], Any]) -> Any:

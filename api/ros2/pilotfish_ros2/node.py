@@ -6,6 +6,7 @@ import json
 import math
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path as File
 from typing import Any
 
@@ -13,7 +14,8 @@ import rclpy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry, Path
 from pilotfish import Client
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -21,6 +23,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import Range
 
 from . import conversion
+from .console import Console
 from .doubts import Alarm, Doubts
 from .following import Arrivals, CurrentObserver, Motion, steering, why_silent
 from .mission import MissionLink
@@ -53,7 +56,7 @@ PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
     ("url", "http://127.0.0.1:8080", None, "address of the service"),
     ("token_file", "", None, "file with the token of a service that needs one"),
     ("name", "craft", None, "name under which the node finds its mission again"),
-    ("goal", "track", None, "track (the first AUV), midpoint or intermittent"),
+    ("goal", "track", None, "track (the first AUV), midpoint, intermittent or visit"),
     ("dwell_s", 240.0, None, "time with each AUV (goal intermittent)"),
     ("period_s", 0.5, None, "time between two plans"),
     ("setup_file", "", None, "file with the body of POST /v1/missions, instead of goal"),
@@ -64,6 +67,10 @@ PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
     ("range_sigma_m", 1.5, (0.01, 1000.0), "standard deviation of ranges, with the error of the craft's position"),
     ("dry_run", False, None, "publish no velocity reference"),
 ]
+# Parameters that can be set while the node runs; of the others topics and the mission are made.
+CHANGEABLE = ("heading_loop.time_constant_s", "heading_loop.rate_max_radps", "sigma_m", "range_sigma_m", "dry_run")
+# Simulated time that runs slower or faster than this is said; how long it is looked at, s.
+RATE_OFF_MAX, RATE_OVER_S = 0.1, 5.0
 
 
 class PilotfishNode(Node):
@@ -72,10 +79,10 @@ class PilotfishNode(Node):
     def __init__(self) -> None:
         super().__init__("pilotfish")
         self._read_parameters()
-        if self.get_parameter("use_sim_time").value:
-            raise ValueError("use_sim_time must be false: missions run on the system clock")
+        self._is_simulated = bool(self.get_parameter("use_sim_time").value)
+        # Simulated and monotonic time when the rate was looked at, and the rate.
+        self._rate: tuple[float, float, float] | None = None
         p = self._settings
-        self._loop = (p["heading_loop.time_constant_s"], p["heading_loop.rate_max_radps"])
         self._rejected: Counter[str] = Counter()
         self._observer = CurrentObserver()
         self._doubts = Doubts()
@@ -107,15 +114,45 @@ class PilotfishNode(Node):
                 Range, f"{auv}/range", lambda message, auv=auv: self._take_range(auv, message), ODOMETRY_QOS
             )
         self.create_subscription(Odometry, "traffic", self._take_vessel, ODOMETRY_QOS)
-        self.create_timer(1.0 / p["rate_hz"], self._tick)
-        self.create_timer(STATUS_INTERVAL_S, self._log_status)
+        self._console = Console(self, self._link, craft)
+        # They go on when simulated time stands.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / p["rate_hz"], self._tick, clock=steady)
+        self.create_timer(STATUS_INTERVAL_S, self._log_status, clock=steady)
+        self.add_on_set_parameters_callback(self._change)
         self._link.start()
 
+    def _change(self, parameters: list[Parameter]) -> SetParametersResult:
+        """Takes new values; those that are read-only or out of range do not come here."""
+        for parameter in parameters:
+            if parameter.name in self._settings:
+                self._settings[parameter.name] = parameter.value
+        return SetParametersResult(successful=True)
+
+    def _ros_s(self) -> float:
+        """The time of stamps, s: Unix time, or the simulator's."""
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _unix(self, stamp_s: float, received_s: float) -> float:
+        """The Unix time of a stamp in a message that arrived at `received_s`."""
+        return stamp_s + (time.time() - received_s) if self._is_simulated else stamp_s
+
+    def _simulated_rate(self, now_s: float) -> str | None:
+        """What is wrong with simulated time: missions run in real time."""
+        if not self._is_simulated:
+            return None
+        if self._rate is None or now_s - self._rate[1] >= RATE_OVER_S:
+            ros_s = self._ros_s()
+            rate = 1.0 if self._rate is None else (ros_s - self._rate[0]) / (now_s - self._rate[1])
+            self._rate = (ros_s, now_s, rate)
+        rate = self._rate[2]
+        return f"simulated time runs at {rate:.2f} of real time" if abs(rate - 1.0) > RATE_OFF_MAX else None
+
     def _read_parameters(self) -> None:
-        """All parameters are read-only: topics are made of them."""
+        """Most parameters are read-only: topics and the mission are made of them."""
         self._settings: dict[str, Any] = {}
         for name, default, limits, meaning in PARAMETERS:
-            descriptor = ParameterDescriptor(description=meaning, read_only=True)
+            descriptor = ParameterDescriptor(description=meaning, read_only=name not in CHANGEABLE)
             if limits is not None:
                 descriptor.floating_point_range = [FloatingPointRange(from_value=limits[0], to_value=limits[1])]
             self.declare_parameter(name, default, descriptor)
@@ -129,14 +166,15 @@ class PilotfishNode(Node):
             raise ValueError("parameter map_frame must name an east-north-up frame")
 
     def _motion(self, odometry: Odometry) -> Motion | None:
+        received_s = self._ros_s()
         try:
-            motion, is_plausible = conversion.motion(odometry, self._settings["map_frame"], time.time())
+            motion, is_plausible = conversion.motion(odometry, self._settings["map_frame"], received_s)
         except conversion.Rejected as rejected:
             self._rejected[str(rejected)] += 1
             return None
         if not is_plausible:
             self._rejected["stamp implausible, arrival time used"] += 1
-        return motion
+        return replace(motion, t_s=self._unix(motion.t_s, received_s))
 
     def _take_craft(self, odometry: Odometry) -> None:
         if (motion := self._motion(odometry)) is None:
@@ -178,14 +216,16 @@ class PilotfishNode(Node):
 
     def _take_range(self, auv: str, message: Range) -> None:
         """The mission knows where the craft was when it measured the range."""
+        received_s = self._ros_s()
         try:
-            t_s, range_m, is_plausible = conversion.slant_range(message, time.time())
+            t_s, range_m, is_plausible = conversion.slant_range(message, received_s)
         except conversion.Rejected as rejected:
             self._rejected[str(rejected)] += 1
             return
         if not is_plausible:
             self._rejected["stamp implausible, arrival time used"] += 1
         self._fixes.setdefault(auv, Arrivals()).push(time.monotonic())
+        t_s = self._unix(t_s, received_s)
         self._link.report_auv(auv, {"t_s": t_s, "range_m": range_m, "sigma_m": self._settings["range_sigma_m"]})
 
     def _tick(self) -> None:
@@ -212,11 +252,12 @@ class PilotfishNode(Node):
         if plan is not None and plan.planned_s != self._published_plan_s:
             self._published_plan_s = plan.planned_s
             self._plans.push(now_s)
-            self._path.publish(conversion.path_message(plan, self._settings["map_frame"], time.time() - now_s))
+            self._path.publish(conversion.path_message(plan, self._settings["map_frame"], self._ros_s() - now_s))
         if self._is_steering:
             heading = self._craft[0].heading_rad
             base_frame = self._settings["base_frame"]
-            self._twist.publish(conversion.twist_message(reference, heading, self._loop, base_frame, time.time()))
+            loop = (self._settings["heading_loop.time_constant_s"], self._settings["heading_loop.rate_max_radps"])
+            self._twist.publish(conversion.twist_message(reference, heading, loop, base_frame, self._ros_s()))
             self._doubts.sent(reference.speed_mps, 1.0 / self._settings["rate_hz"])
 
     def _report_craft(self, now_s: float) -> None:
@@ -250,6 +291,10 @@ class PilotfishNode(Node):
         if word != before or now_s - said_s >= WORD_INTERVAL_S:
             self._word = (word, now_s)
             self._link.report_steering({"t_s": time.time(), "state": word[0], "why": word[1]})
+            rows = [("mission", self._link.status), ("plan", self._link.plan.status if self._link.plan else "none")]
+            rows += [("service", self._link.trouble)] if self._link.trouble else []
+            rows += [(f"rejected: {reason}", str(count)) for reason, count in self._rejected.items()]
+            self._console.show(self._ros_s(), word, rows)
         if word != before:
             self._log_status()
 
@@ -259,6 +304,8 @@ class PilotfishNode(Node):
         faults = [alarm.value for alarm in Alarm if alarm in self._alarms]
         faults += self._link.plan.faults if self._link.plan else ()
         missing = [f"no new fix of {auv}" for auv, fixes in self._fixes.items() if fixes.is_overdue(now_s)]
+        if (off := self._simulated_rate(now_s)) is not None:
+            missing.append(off)
         if self._plans.is_overdue(now_s):
             missing.insert(0, "the service does not answer" if self._link.trouble else "no new plan")
         return steering(silence, is_meant, faults, missing)
@@ -294,6 +341,7 @@ def mission_body(p: dict[str, Any]) -> dict[str, Any]:
             "track": {"kind": "track", "auv": (auvs or [""])[0]},
             "midpoint": {"kind": "midpoint", "auvs": auvs},
             "intermittent": {"kind": "intermittent", "auvs": auvs, "dwell_s": p["dwell_s"], "epoch_s": 0.0},
+            "visit": {"kind": "visit", "auvs": auvs},
         }
         if p["goal"] not in goals:
             raise ValueError(f"parameter goal must be one of {', '.join(goals)}")

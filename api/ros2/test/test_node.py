@@ -18,19 +18,26 @@ os.environ["ROS_DOMAIN_ID"] = str(30 + os.getpid() % 60)
 import pytest
 import rclpy
 import yaml
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry, Path
 from pilotfish import Client
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.time import Time
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Range
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 PERIOD_S, PATIENCE_S = 0.1, 60.0
 TIME_CONSTANT_S, RATE_MAX = 2.0, 0.25
 # Doubles that are printed to the last digit; stamps of 1 ns at 1.8e9 s.
 ROUNDING, STAMP_S = 1e-9, 1e-6
 CURRENT = (0.0, 0.1)
+# A simulator's clock begins anywhere, s.
+SIMULATED_START_S = 100.0
 
 
 class Vehicle:
@@ -89,9 +96,10 @@ class Vehicle:
 
 
 class Sea:
-    """Vehicles, service and node, and what the node publishes."""
+    """Vehicles, service and node, and what the node publishes. On the system's clock, or on a simulator's at `rate`."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, rate=None):
+        self.rate, self.began_s = rate, time.monotonic()
         self.boat = Vehicle("medusa", 20.0, -10.0, 0.0, 0.5)
         self.boat.drift = (CURRENT[1], CURRENT[0])
         red = Vehicle("red", -5.0, 20.0, -12.5, math.pi / 2, (3.0, 1.0), 0.7)
@@ -103,6 +111,7 @@ class Sea:
         self.vehicles = {vehicle.name: vehicle for vehicle in (self.boat, red, black, ferry)}
         self.is_heard = True
         self.twists, self.paths, self.told_s = [], [], -math.inf
+        self.states, self.diagnostics = [], []
 
         self.ros = rclpy.create_node("sea")
         best_effort = QoSProfile(depth=10, reliability=QoSReliabilityPolicy.BEST_EFFORT)
@@ -115,6 +124,11 @@ class Sea:
         self.ranges = self.ros.create_publisher(Range, "/fleet/red/range", best_effort)
         self.ros.create_subscription(TwistStamped, "/fleet/medusa/cmd_vel", self.steer, 10)
         self.ros.create_subscription(Path, "/fleet/medusa/plan", self.paths.append, 10)
+        self.ros.create_subscription(DiagnosticArray, "/diagnostics", lambda it: self.diagnostics.extend(it.status), 10)
+        latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        self.ros.create_subscription(String, "/fleet/pilotfish/state", lambda it: self.states.append(it.data), latched)
+        self.goal = self.ros.create_publisher(String, "/fleet/pilotfish/goal", 10)
+        self.clock = self.ros.create_publisher(Clock, "/clock", best_effort) if rate else None
         self.ros.create_timer(PERIOD_S, self.step)
 
         serve = [os.environ["PILOTFISH"], "serve", "--data", str(folder / "data"), "--port", "0", "--log", "warn"]
@@ -135,6 +149,7 @@ class Sea:
         command = [sys.executable, "-m", "pilotfish_ros2.node", "--ros-args", "-r", "__ns:=/fleet"]
         command += ["--params-file", str(parameters), "-p", f"heading_loop.rate_max_radps:={RATE_MAX}"]
         command += ["-r", "black/odom:=/black/odometry/filtered"]
+        command += ["-p", "use_sim_time:=true"] if rate else []
         self.start_node = lambda: subprocess.Popen(command)
         self.node = self.start_node()
 
@@ -143,18 +158,33 @@ class Sea:
         self.told_s = time.monotonic()
         self.boat.speed, self.boat.rate = twist.twist.linear.x, twist.twist.angular.z
 
+    def now(self):
+        if not self.rate:
+            return self.ros.get_clock().now()
+        return Time(nanoseconds=round(1e9 * (SIMULATED_START_S + self.rate * (time.monotonic() - self.began_s))))
+
+    def call(self, kind, name, request):
+        """The answer of a service of the node."""
+        client = self.ros.create_client(kind, f"/fleet/pilotfish/{name}")
+        self.until(client.service_is_ready, f"{name} is not offered")
+        future = client.call_async(request)
+        self.until(future.done, f"{name} does not answer")
+        return future.result()
+
     def step(self):
+        if self.clock:
+            self.clock.publish(Clock(clock=self.now().to_msg()))
         # The time-out that docs/ros2.md asks every craft to have.
         if time.monotonic() - self.told_s > 3.0:
             self.boat.speed = self.boat.rate = 0.0
         for name, vehicle in self.vehicles.items():
             vehicle.move(PERIOD_S)
             if self.is_heard or vehicle is not self.boat:
-                self.publishers[name].publish(vehicle.odometry(self.ros.get_clock().now()))
+                self.publishers[name].publish(vehicle.odometry(self.now()))
         red = self.vehicles["red"]
         distance = math.dist((self.boat.east, self.boat.north, 0.0), (red.east, red.north, red.up))
         message = Range(range=distance, max_range=500.0)
-        message.header.stamp = self.ros.get_clock().now().to_msg()
+        message.header.stamp = self.now().to_msg()
         self.ranges.publish(message)
 
     def until(self, condition, complaint, patience_s=PATIENCE_S):
@@ -276,14 +306,46 @@ def test_a_path_is_the_planned_trajectory_in_the_map_and_late_subscribers_get_it
         near("yaw", math.remainder(math.pi / 2 - stage["heading_rad"] - yaw, math.tau), 0.0)
 
 
-def test_parameters_cannot_be_set_while_the_node_runs(sea):
-    client = sea.ros.create_client(SetParameters, "/fleet/pilotfish/set_parameters")
-    sea.until(client.service_is_ready, "the parameter services are not offered")
-    other = Parameter("craft", value="otter").to_parameter_msg()
-    future = client.call_async(SetParameters.Request(parameters=[other]))
-    sea.until(future.done, "the parameter services do not answer")
-    [result] = future.result().results
-    assert not result.successful and "read-only" in result.reason
+def test_names_cannot_be_set_while_the_node_runs_and_a_dry_run_can(sea):
+    def put(name, value):
+        request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        [result] = sea.call(SetParameters, "set_parameters", request).results
+        return result
+
+    refused = put("craft", "otter")
+    assert not refused.successful and "read-only" in refused.reason
+    assert not put("heading_loop.rate_max_radps", 30.0).successful, "out of range"
+    assert put("dry_run", True).successful
+    sea.published_within(0.5)  # What was on its way.
+    assert sea.published_within(2.0) == 0, "references in a dry run"
+    assert put("dry_run", False).successful
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references after the dry run", 10.0)
+
+
+def test_the_state_is_shown_to_late_subscribers_and_in_the_diagnostics(sea):
+    sea.until(lambda: sea.states and sea.states[-1] == "steering", f"the state is {sea.states[-1:]}", 20.0)
+    sea.diagnostics.clear()
+    sea.until(lambda: sea.diagnostics, "no diagnostics", 5.0)
+    status = sea.diagnostics[-1]
+    assert (status.level, status.hardware_id) == (DiagnosticStatus.OK, "medusa")
+    assert {"mission": "running"}.items() <= {row.key: row.value for row in status.values}.items()
+
+
+def test_another_goal_and_a_pause_reach_the_mission(sea):
+    goal = {"kind": "visit", "auvs": ["red", "black"], "within_m": 15.0}
+    sea.goal.publish(String(data=json.dumps(goal)))
+    look = lambda: sea.mission().look()  # noqa: E731
+    sea.until(lambda: look()["setting"]["goal"]["kind"] == "visit", "the goal is the old one", 10.0)
+    # What is no goal changes nothing, and does not end the node.
+    for wrong in ("no JSON", '{"kind": "visit"}'):
+        sea.goal.publish(String(data=wrong))
+    sea.goal.publish(String(data='{"kind": "midpoint", "auvs": ["red", "black"]}'))
+    sea.until(lambda: look()["setting"]["goal"]["kind"] == "midpoint", "the goal is still to visit", 10.0)
+    assert sea.call(Trigger, "pause", Trigger.Request()).success
+    sea.until(lambda: look()["status"] == "paused", "the mission is not paused", 10.0)
+    sea.until(lambda: sea.states[-1].startswith("waiting: the mission is paused"), f"it is {sea.states[-1]}", 10.0)
+    assert sea.call(Trigger, "run", Trigger.Request()).success
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references after the mission runs again", 10.0)
 
 
 def test_references_end_with_the_odometry_of_the_craft_and_go_on_with_it(sea):

@@ -75,6 +75,7 @@ fn routed(settings: Settings, planners: Planners, missions: Option<Missions>) ->
         hosts: settings.hosts,
         tokens: settings.tokens,
         trace: settings.trace,
+        framed: middleware::framed_by(&settings.framed_by),
         metrics: metrics.clone(),
         answers: AnswerMemory::new(),
     };

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use axum::http::HeaderValue;
 use clock::Clock;
 use planner::{
     parameters::Parameters,
@@ -56,6 +57,8 @@ pub struct Settings {
     /// Scheme and authority of the other services: calls with tokens go only there and to those
     /// that [`Self::between`] certifies.
     pub peers: Vec<String>,
+    /// Origins whose pages may show the service's page in a frame.
+    pub framed_by: Vec<HeaderValue>,
     /// Replaces calls to other services. For tests.
     #[doc(hidden)]
     pub others: Option<InProcess>,
@@ -81,6 +84,7 @@ impl Default for Settings {
             trace: |_, _, _| None,
             between: None,
             peers: vec![],
+            framed_by: vec![],
             others: None,
         }
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use axum::http::Uri;
+use axum::http::{HeaderValue, Uri};
 use clock::Clock;
 use service::{Hosts, Settings, access::Tokens, examples::EXAMPLES, service};
 use store::{EventStore, Member, roots::verified_by};
@@ -64,6 +64,7 @@ pub(crate) fn serve_and(
         let (scheme, name) = advertised_name(url)?;
         Ok::<_, String>(format!("{scheme}://{name}"))
     });
+    let framed_by = config.framed_by.iter().map(String::as_str).map(framing);
     let names = [Some(host.to_owned()), advertised.map(|(_, name)| name)];
     let names = names.into_iter().flatten().chain(config.allow_host.iter().cloned());
     let settings = Settings {
@@ -74,6 +75,7 @@ pub(crate) fn serve_and(
         heartbeat: systemd::heartbeat(),
         log_lines_dropped: crate::log::lines_dropped,
         peers: peers.collect::<Result<_, _>>()?,
+        framed_by: framed_by.collect::<Result<_, _>>()?,
         between: config.advertise_ca.as_deref().map(trusting).transpose()?,
         #[cfg(feature = "otlp")]
         trace: crate::otlp::place,
@@ -186,6 +188,15 @@ fn advertised_name(url: &str) -> Result<(String, String), String> {
             "{url} is no URL of a service: give --advertise and --peers http://HOST:PORT or https://HOST:PORT"
         )
     })
+}
+
+/// An origin of `--framed-by` as a policy names it: a policy ends at other characters.
+fn framing(origin: &str) -> Result<HeaderValue, String> {
+    let host = ["http://", "https://"].iter().find_map(|scheme| origin.strip_prefix(scheme));
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-.:[]".contains(c);
+    let host = host.filter(|host| !host.is_empty() && host.chars().all(is_plain));
+    let wrong = || format!("{origin} is no origin: give --framed-by http://HOST:PORT or https://HOST:PORT");
+    host.and_then(|_| HeaderValue::from_str(origin).ok()).ok_or_else(wrong)
 }
 
 /// The client configuration for services certified by the authority of the PEM file `path`.

@@ -27,9 +27,11 @@ pub(crate) fn root() -> PathBuf {
 }
 
 pub(crate) fn pages() -> Vec<Page> {
-    let docs = fs::read_dir(root().join("docs")).expect("there is a folder of pages");
-    let docs = docs.map(|entry| entry.expect("can be listed").file_name());
-    let docs = docs.map(|name| format!("docs/{}", name.into_string().expect("is text")));
+    let docs = ["docs", "docs/lessons", "docs/joss"].into_iter().flat_map(|folder| {
+        let files = fs::read_dir(root().join(folder)).expect("there is a folder of pages");
+        let files = files.map(|entry| entry.expect("can be listed").file_name());
+        files.map(move |name| format!("{folder}/{}", name.into_string().expect("is text")))
+    });
     let others =
         ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"].map(str::to_owned).into_iter();
     let guides = ["examples", "api/python", "api/ros2"].map(|folder| format!("{folder}/README.md"));

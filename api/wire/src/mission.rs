@@ -67,6 +67,8 @@ pub struct Mission {
     pub title: String,
     /// `simulated` or `live`.
     pub kind: String,
+    /// Controller of a simulated mission. None: a live mission, or one of before 0.3.0.
+    pub controller: Option<Controller>,
     /// Its status.
     pub status: Status,
     /// Unix time of its creation, s.

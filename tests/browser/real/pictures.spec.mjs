@@ -1,4 +1,4 @@
-// The pictures of README and docs/routes.md are what the program draws: with PILOTFISH_DRAW they are drawn anew, else compared.
+// The pictures of README, docs/page.md and docs/routes.md are what the program draws: with PILOTFISH_DRAW they are drawn anew, else compared.
 
 import { execFileSync } from "node:child_process";
 import { mkdtemp, readFile, rm } from "node:fs/promises";

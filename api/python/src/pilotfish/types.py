@@ -1035,6 +1035,8 @@ Method: TypeAlias = Literal[
 class Mission(TypedDict):
     """A mission."""
 
+    # Controller of a simulated mission. None: a live mission, or one of before 0.3.0.
+    controller: NotRequired[Controller | None]
     # Unix time of its creation, s.
     created_s: float
     # Unix time of its end, s.

@@ -42,6 +42,15 @@ const POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
 );
 
+/// The policy of the page's files where pages of `origins` may show them in a frame; `None` without
+/// any.
+pub(crate) fn framed_by(origins: &[HeaderValue]) -> Option<HeaderValue> {
+    let origins: Vec<&str> = origins.iter().filter_map(|origin| origin.to_str().ok()).collect();
+    let policy = POLICY;
+    let policy = policy.to_str().ok()?.strip_suffix("'none'")?.to_owned() + &origins.join(" ");
+    HeaderValue::from_str(&policy).ok().filter(|_| !origins.is_empty())
+}
+
 /// Headers of every answer: no guessed content types, no use by pages of other origins.
 const HEADERS: [(HeaderName, HeaderValue); 5] = [
     (header::X_FRAME_OPTIONS, HeaderValue::from_static("DENY")),
@@ -63,6 +72,7 @@ pub(crate) struct Middleware {
     pub(crate) hosts: Option<Hosts>,
     pub(crate) tokens: Option<Tokens>,
     pub(crate) trace: TraceFn,
+    pub(crate) framed: Option<HeaderValue>,
     pub(crate) metrics: Metrics,
     pub(crate) answers: AnswerMemory,
 }
@@ -164,6 +174,10 @@ pub(crate) async fn handle(middleware: Middleware, mut request: Request, next: N
     }
     let headers = response.headers_mut();
     headers.extend(HEADERS);
+    if let Some(framed) = middleware.framed.filter(|_| page::has(&path)) {
+        headers.remove(header::X_FRAME_OPTIONS);
+        headers.insert(header::CONTENT_SECURITY_POLICY, framed);
+    }
     headers.entry(header::CONTENT_SECURITY_POLICY).or_insert(POLICY);
     let is_file = headers.contains_key(header::ETAG) && page::has(&path);
     headers.insert(header::CACHE_CONTROL, if is_file { REVALIDATE } else { NO_STORE });

@@ -192,6 +192,7 @@ impl Missions {
         let mission = Mission {
             title: new.title().unwrap_or_else(|| id.clone()),
             kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
+            controller: new.simulated.as_ref().map(|simulated| simulated.controller),
             status: Status::Created,
             created_s: at_s,
             started_s: None,

@@ -82,6 +82,8 @@ settings! {
             "Port to listen on; 0 chooses a free one";
         allow_host: Vec<String> = SettingKind::List, Some(""), "NAME",
             "More host names under which clients reach the service, such as that of a proxy; separated by commas";
+        framed_by: Vec<String> = SettingKind::List, Some(""), "ORIGIN",
+            "Origins, http://HOST:PORT or https://HOST:PORT, whose pages may show this one in a frame; separated by commas";
         tls_certificate: Option<PathBuf> = SettingKind::Text, None, "FILE",
             "Certificate chain (PEM) for HTTPS";
         tls_key: Option<PathBuf> = SettingKind::Text, None, "FILE",
