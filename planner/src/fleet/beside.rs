@@ -42,8 +42,8 @@ impl Fleet {
             let joined = owners.iter().copied().filter(may_join).min_by(order);
             if let Some(owner) = joined {
                 n_together[owner] += 1;
-                craft[spare].auvs = craft[owner].auvs.clone();
-                craft[spare].beside = true;
+                let auvs = craft[owner].auvs.clone();
+                craft[spare] = CraftAssignment { id: self.ids[spare].clone(), auvs, beside: true };
             }
         }
     }

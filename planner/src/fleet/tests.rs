@@ -387,7 +387,9 @@ fn a_spare_craft_that_joins_owns_nothing_and_stays_where_it_joined() {
 #[test]
 fn an_assignment_of_nothing_to_nobody_can_be_stored() {
     let mut members = drawn(3, "", 1.0);
-    members.iter_mut().for_each(|member| member.is_away = true);
+    for member in &mut members {
+        member.is_away = true;
+    }
     let nothing = assigned(members);
     let text = serde_json::to_string(&nothing).expect("is JSON");
     assert_eq!(serde_json::from_str::<Assignment>(&text).expect("is read"), nothing);

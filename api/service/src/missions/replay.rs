@@ -87,7 +87,7 @@ pub fn replay(
 }
 
 enum RepeatedMission {
-    Live { state: Box<MissionState>, workspace: Box<Workspace>, tick: Option<Tick> },
+    Live { state: Box<MissionState>, workspace: Box<Workspace>, tick: Option<Box<Tick>> },
     Simulated(Box<Simulation>, Box<Workspace>),
 }
 
@@ -106,7 +106,7 @@ impl RepeatedMission {
                 if tick.as_ref().is_none_or(|tick| tick.time != logged.t_s || logged.craft.is_none()) {
                     let new = Tick::new(state, logged, workspace)?;
                     state.replace_absences(new.facts.absences());
-                    *tick = Some(new);
+                    *tick = Some(Box::new(new));
                 }
                 let tick = tick.as_mut().expect("was made just now");
                 let craft = tick.plans.iter().find(|craft| craft.id == logged.craft);

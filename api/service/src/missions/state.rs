@@ -402,9 +402,9 @@ impl MissionState {
 
 /// The craft as a member of its fleet. It may serve AUVs once they are heard.
 fn as_member(described: &LiveCraft, is_away: bool, request: PlanRequest) -> Member {
-    let mut serves = described.serves.clone();
-    let is_heard = |id: &VehicleId| request.auvs.iter().any(|auv| auv.id == *id);
-    serves.iter_mut().for_each(|serves| serves.retain(is_heard));
+    let is_heard = |id: &&VehicleId| request.auvs.iter().any(|auv| auv.id == **id);
+    let serves = described.serves.as_ref();
+    let serves = serves.map(|serves| serves.iter().filter(is_heard).cloned().collect());
     Member { id: described.id.clone(), serves, is_away, place_before: 0, request }
 }
 
