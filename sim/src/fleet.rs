@@ -184,8 +184,14 @@ impl FleetMission {
         for (craft, auv, _) in self.planner.in_turn().into_iter().rev() {
             row.auvs[auv].craft = Some(craft);
         }
-        for other in others.iter_mut().filter_map(|other| other.take_rows().pop()) {
+        let leads = self.last.first().map_or(0, |planned| planned.craft);
+        for (number, other) in others.iter_mut().enumerate() {
+            let Some(other) = other.take_rows().pop() else { continue };
             row.consorts.extend(other.surface_craft);
+            // A dead craft knows no more: what the first of the others knows counts.
+            for (auv, known) in row.auvs.iter_mut().zip(other.auvs).filter(|_| number + 1 == leads) {
+                (auv.known, auv.navigation) = (known.known, known.navigation);
+            }
         }
     }
 }

@@ -195,8 +195,9 @@ impl SurfaceCraftMetrics {
             .map(|number| record.rows.iter().filter_map(|row| row.craft().nth(number)).collect())
             .collect();
         let rows = craft.concat();
-        let mut distances: Vec<f64> = rows.iter().map(|row| row.distance()).collect();
-        let settled = record.settled_rows().flat_map(Row::craft);
+        let with_goal = rows.iter().filter(|row| row.has_goal());
+        let mut distances: Vec<f64> = with_goal.map(|row| row.distance()).collect();
+        let settled = record.settled_rows().flat_map(Row::craft).filter(|row| row.has_goal());
         let settled: Vec<f64> = settled.map(SurfaceCraftRow::distance).collect();
         let at_last = |of: fn(&SurfaceCraftRow) -> f64| {
             // Not `sum`, which is −0.0 over nothing.

@@ -193,6 +193,11 @@ pub struct SurfaceCraftRow {
 }
 
 impl SurfaceCraftRow {
+    /// `true` unless the craft stands by, or is dead: its goal is then where it is.
+    pub fn has_goal(&self) -> bool {
+        self.method != Some(Method::Hold) || self.position != self.goal
+    }
+
     /// True distance to the goal, m.
     pub fn distance(&self) -> f64 {
         (self.position - self.goal).norm()

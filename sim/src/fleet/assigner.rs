@@ -60,7 +60,7 @@ impl Assigner {
         match self {
             Self::Planner => vec![None; auvs.len()],
             Self::One => each.map(|auv| able(auv).find(|k| *k == 0)).collect(),
-            Self::Fixed(of) => each.map(|auv| of.get(auv).map(|k| *k.min(&(craft.len() - 1)))).collect(),
+            Self::Fixed(of) => each.map(|auv| of.get(auv).copied().filter(|k| *k < craft.len())).collect(),
             Self::Nearest => each.map(|auv| nearest(craft, auv)).collect(),
             Self::Auction => auctioned(craft, auvs, may_serve),
             Self::Territories => {
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(assigned(Assigner::Auction), [0, 1, 1, 1]);
         // Means of −10, 41, 45 and of 300 m: every AUV is nearest to that of its own.
         assert_eq!(assigned(Assigner::Territories), [0, 0, 0, 1]);
-        assert_eq!(assigned(Assigner::Fixed(vec![1, 0, 9, 1])), [1, 0, 1, 1]);
+        assert_eq!(assigned(Assigner::Fixed(vec![1, 0, 0, 1])), [1, 0, 0, 1]);
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector2;
 use planner::fleet::{Assignment, CraftAssignment, Fleet, Member, SlotUse};
+use planner::goal::GoalForecast;
 use planner::parameters::Parameters;
 use planner::plan::{Plan, Workspace, plan};
 use planner::snapshot::{FieldError, PlanRequest, PreviousPlan, Snapshot, VehicleId, Vessel};
@@ -92,9 +93,10 @@ impl FleetPlanner {
             return Ok(vec![]);
         };
         let now = leading.t_s;
+        let wanted: Vec<VehicleId> = leading.goal.goal.vehicles().cloned().collect();
         self.auvs = leading.auvs.iter().map(|auv| auv.id.clone()).collect();
         let fleet = self.fleet(&alive, requests)?;
-        let assignment = self.assign(&alive, &fleet, now);
+        let assignment = self.assign(&alive, &fleet, (now, &wanted));
         self.slots = fleet.slots(&assignment);
         let (parameters, workspace, clock) = (&self.parameters, &mut self.workspace, self.clock);
         let planned = fleet.plans(&assignment, |snapshot, left| {
@@ -139,7 +141,10 @@ impl FleetPlanner {
     fn fleet(&self, alive: &[usize], requests: Vec<PlanRequest>) -> Result<Fleet, GuideError> {
         let id = |number: &usize| self.names[*number].0.clone();
         let dead = (0..self.names.len()).filter(|number| !alive.contains(number));
-        let drifting: Vec<Vessel> = dead.filter_map(|number| self.heard.get(&id(&number)).cloned()).collect();
+        // They stay where they were last heard, for as long as the mission lasts.
+        let there =
+            |number| Some(Vessel { t_s: Some(requests[0].t_s), ..self.heard.get(&id(&number))?.clone() });
+        let drifting: Vec<Vessel> = dead.filter_map(there).collect();
         let leading = PlanRequest { auvs: shared(&requests), traffic: drifting, ..requests[0].clone() };
         let members = alive.iter().zip(requests).map(|(number, own)| Member {
             id: id(number),
@@ -170,28 +175,36 @@ impl FleetPlanner {
         Fleet::new(members, (self.before.as_ref(), &gone), &|| false).map_err(refused)
     }
 
-    /// Who serves whom at time `now`, s.
-    fn assign(&mut self, alive: &[usize], fleet: &Fleet, now: f64) -> Assignment {
+    /// Who serves whom of those AUVs that are `wanted`, at time `now`, s.
+    fn assign(&mut self, alive: &[usize], fleet: &Fleet, (now, wanted): (f64, &[VehicleId])) -> Assignment {
         if self.assigner == Assigner::Planner {
             return fleet.assign(&self.parameters, &Stop::never());
         }
-        let same = self.before.as_ref().filter(|before| before.craft.len() == alive.len());
+        let ids = || alive.iter().map(|number| &self.names[*number].0);
+        let same = self.before.as_ref().filter(|before| before.craft.iter().map(|craft| &craft.id).eq(ids()));
         if let Some(before) = same.filter(|_| now < self.assigned_at + ANEW) {
             return before.clone();
         }
         self.assigned_at = now;
-        let nobody = alive.iter().map(|number| self.names[*number].0.clone());
-        let nobody = nobody.map(|id| CraftAssignment { id, auvs: vec![], beside: false });
+        let nobody = ids().cloned().map(|id| CraftAssignment { id, auvs: vec![], beside: false });
         let mut assignment = Assignment { craft: nobody.collect(), ..Assignment::default() };
         let known: Vec<Snapshot> =
             (0..alive.len()).map(|place| fleet.snapshot(place, &assignment, &[])).collect();
         let craft: Vec<Vector2<f64>> = known.iter().map(|snapshot| snapshot.asc.position()).collect();
-        let auvs = known[0].estimates().iter().map(|estimate| estimate.state.position());
+        let forecast = GoalForecast::holding(&known[0], None);
+        let auvs: Vec<Vector2<f64>> = forecast.auvs().iter().map(|auv| auv.at(0.0).position).collect();
         let may_serve = |place: usize, auv: usize| {
-            let serves = self.names[alive[place]].1.as_ref();
-            serves.is_none_or(|serves| serves.contains(&self.auvs[auv]))
+            let (serves, id) = (self.names[alive[place]].1.as_ref(), &self.auvs[auv]);
+            wanted.contains(id) && serves.is_none_or(|serves| serves.contains(id))
         };
-        let of = self.assigner.assign(&craft, &auvs.collect::<Vec<_>>(), &may_serve);
+        let of = match &self.assigner {
+            // Numbers are of all craft, dead ones too.
+            Assigner::Fixed(of) => {
+                let place = |number: &usize| alive.iter().position(|alive| alive == number);
+                (0..auvs.len()).map(|auv| of.get(auv).and_then(place)).collect()
+            }
+            rule => rule.assign(&craft, &auvs, &may_serve),
+        };
         for (id, place) in self.auvs.iter().zip(of) {
             if let Some(place) = place {
                 assignment.craft[place].auvs.push(id.clone());

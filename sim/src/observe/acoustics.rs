@@ -173,7 +173,7 @@ impl Acoustics {
         let n = slots.len();
         for (vehicle, slot) in slots.iter().enumerate() {
             self.uncalled[vehicle] = slot.is_none();
-            let start = slot.map(|slot| self.setup.frame * slot as f64 / n as f64);
+            let start = slot.map(|slot| self.setup.frame * slot as f64 / n.max(1) as f64);
             let step = start.map(|start| whole_steps(start, self.period) % self.frame_steps);
             self.slot_steps[vehicle] = step.unwrap_or(self.slot_steps[vehicle]);
         }

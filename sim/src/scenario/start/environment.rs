@@ -74,6 +74,18 @@ impl Scenario {
             let fault = self.fault(i, file, draw)?;
             let called = |id: &String| self.craft_called(&format!("faults[{i}].craft"), id);
             let of = file.craft.as_ref().map(called).transpose()?;
+            let is_of_auv = matches!(
+                file.what,
+                FaultKindFile::AuvStops { .. }
+                    | FaultKindFile::AuvDies { .. }
+                    | FaultKindFile::AuvLeavesPath { .. }
+            );
+            if of.is_some() && is_of_auv {
+                return Err(invalid(
+                    format!("faults[{i}].craft"),
+                    "a fault of an AUV has no craft: leave it out",
+                ));
+            }
             if of.is_none_or(|of| of == number) {
                 faults.push(fault);
             }
