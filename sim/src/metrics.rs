@@ -195,10 +195,9 @@ impl SurfaceCraftMetrics {
             .map(|number| record.rows.iter().filter_map(|row| row.craft().nth(number)).collect())
             .collect();
         let rows = craft.concat();
-        let with_goal = rows.iter().filter(|row| row.has_goal());
-        let mut distances: Vec<f64> = with_goal.map(|row| row.distance()).collect();
-        let settled = record.settled_rows().flat_map(Row::craft).filter(|row| row.has_goal());
-        let settled: Vec<f64> = settled.map(SurfaceCraftRow::distance).collect();
+        let mut distances = distances_to_goal(&rows);
+        let settled: Vec<_> = record.settled_rows().flat_map(Row::craft).collect();
+        let settled = distances_to_goal(&settled);
         let at_last = |of: fn(&SurfaceCraftRow) -> f64| {
             // Not `sum`, which is −0.0 over nothing.
             craft.iter().filter_map(|rows| rows.last()).fold(0.0, |sum, row| sum + of(row))
@@ -226,6 +225,12 @@ impl SurfaceCraftMetrics {
             traffic: TrafficMetrics::of(record),
         })
     }
+}
+
+/// Distances of craft to their goals, m; 0 of craft that never have one.
+fn distances_to_goal(rows: &[&SurfaceCraftRow]) -> Vec<f64> {
+    let none_has = !rows.iter().any(|row| row.has_goal());
+    rows.iter().filter(|row| none_has || row.has_goal()).map(|row| row.distance()).collect()
 }
 
 impl TrafficMetrics {

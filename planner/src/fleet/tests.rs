@@ -81,9 +81,9 @@ fn names_and_mirrors_change_no_assignment_and_no_bound_exceeds_its_cost() {
             if mirror > 0.0 {
                 assert_eq!(parts(&other), parts(&first), "{seed}");
             }
-            // The search for schedules prefers starboard.
+            // The search for schedules prefers starboard, and its time ends at another place.
             let ratio = other.cost / first.cost.max(f64::MIN_POSITIVE);
-            near(ratio, 1.0, if mirror > 0.0 { 1e-12 } else { 0.02 });
+            near(ratio, 1.0, if mirror > 0.0 { 1e-12 } else { 0.04 });
             changed += usize::from(parts(&other) != parts(&first));
         }
     }

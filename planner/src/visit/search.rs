@@ -121,7 +121,8 @@ impl Fleet {
         };
         let least = self.dwell_min.max(VISIT_MIN);
         let tours = self.tours(first);
-        let tours = tours.iter().flat_map(|order| TOUR_DWELLS.map(|dwell| (order, dwell)));
+        // Long visits first: among adjacent AUVs the short ones would use up all the time.
+        let tours = TOUR_DWELLS.iter().rev().flat_map(|dwell| tours.iter().map(move |order| (order, dwell)));
         for (order, dwell) in tours {
             let times = if order.len() < 2 { 1 } else { TOUR_VISITS_MAX };
             let again = order.iter().cycle().take(times);

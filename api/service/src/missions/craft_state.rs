@@ -18,6 +18,10 @@ const STATE_AGE_MAX: f64 = 10.0;
 /// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
 
+/// Time for which a craft that falls silent goes on, s: a bridge stops it after 2 to 3 s without a
+/// service, and it loses way.
+const STOPS_IN: f64 = 3.0;
+
 /// Time for which a craft of a fleet has to be well before it serves again, s: at first, and at
 /// most. It doubles if the craft has not served for [`STEADY`] since it was away last.
 const REST: f64 = 30.0;
@@ -174,10 +178,11 @@ impl CraftState {
         Some(CraftNow { asc: craft, previous_plan, current: asc.current })
     }
 
-    /// It as a vessel that nobody hears, under its name.
+    /// It as a vessel that nobody hears, under its name: without references it soon stops.
     pub(super) fn as_silent_vessel(&self, id: VehicleId) -> Option<Vessel> {
         let (asc, velocity) = (self.asc.as_ref()?, self.velocity()?);
-        let vessel = Vessel::of_craft(id, asc.t_s, asc.state.position(), velocity, vec![]);
+        let place = asc.state.position() + velocity * STOPS_IN;
+        let vessel = Vessel::of_craft(id, asc.t_s, place, Vector2::zeros(), vec![]);
         vessel.faults("").is_empty().then_some(vessel)
     }
 
