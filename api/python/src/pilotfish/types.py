@@ -122,6 +122,8 @@ class Assignment(TypedDict):
     craft: list[CraftAssignment]
     # `true` if all assignments were compared, instead of the most promising ones.
     exact: bool
+    # AUVs that a craft still serves beside the one to which they were given.
+    hand_overs: NotRequired[list[HandOver]]
     # `true` if a better one was known, by too little to change.
     kept: bool
 
@@ -185,7 +187,7 @@ class Avoidance(TypedDict):
 
 
 # Why a craft of a fleet serves no AUV.
-Away: TypeAlias = Literal["silent", "person", "not_steering", "does_not_follow", "returning"]
+Away: TypeAlias = Literal["silent", "person", "not_steering", "waiting", "does_not_follow", "returning"]
 
 
 class Baseline(TypedDict):
@@ -279,6 +281,8 @@ class CraftAssignment(TypedDict):
 
     # The AUVs that it serves, none for a spare craft.
     auvs: list[str]
+    # `true` for a spare craft that localises them beside the one whose they are.
+    beside: NotRequired[bool]
     # The craft.
     id: str
 
@@ -614,6 +618,8 @@ class FleetRequest(TypedDict):
     forecast: NotRequired[Forecast]
     # The goal and its offset.
     goal: Goal
+    # Time for which a craft still serves an AUV that was given to another, s. Default: 0. From 0 to 600.
+    hand_over_s: NotRequired[float]
     # The last fallback level. Default: `slow_turn`.
     hold: NotRequired[Hold]
     # Discs to keep out of, at most 32. Default: none.
@@ -809,6 +815,17 @@ class GoalWeighted(TypedDict):
     weights: dict[str, float]
 
 
+class HandOver(TypedDict):
+    """An AUV that a craft still serves beside the one to which it was given."""
+
+    # The AUV.
+    auv: str
+    # The craft from which it was taken.
+    craft: str
+    # The end of that, s on the request's clock.
+    until_s: float
+
+
 class HeadingLoop(TypedDict):
     """Response of a heading loop: a time constant, or a natural frequency and a damping ratio."""
 
@@ -948,6 +965,8 @@ class Live(TypedDict):
     forecast: NotRequired[Forecast]
     # The goal.
     goal: Goal
+    # Time for which a craft of a fleet still serves an AUV that was given to another, s. Default: 0. From 0 to 600.
+    hand_over_s: NotRequired[float | None]
     # Behaviour of the last fallback level, as in a snapshot.
     hold: NotRequired[Hold]
     # Discs to keep out of, as in a snapshot.
