@@ -32,8 +32,8 @@ const MISSIONS: &str = "/v1/missions";
 const NAME: &str = "bridge";
 const DIGEST: &str = "bridge_setup";
 
-/// What a mission says of a bridge's craft of a fleet: as the operator stated it, and with what the
-/// autopilot tells.
+/// A bridge's craft in its mission: as the operator stated it, and completed by the autopilot's
+/// parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnPart {
     pub(crate) stated: LiveCraft,

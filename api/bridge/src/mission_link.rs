@@ -84,7 +84,7 @@ pub enum MissionChoice {
         digest: String,
         /// Body of `POST /v1/missions`.
         body: Value,
-        /// What it says of the bridge's own craft of a fleet.
+        /// The bridge's own craft of a fleet in that body.
         own: Option<Box<OwnPart>>,
     },
 }

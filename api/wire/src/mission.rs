@@ -130,7 +130,7 @@ pub enum Away {
     Person,
     /// Its bridge reports that it is not steered.
     NotSteering,
-    /// It is not asked to do anything, as intended: it is not armed, or it takes part in a dry run.
+    /// Its bridge sends no references, as intended: the craft is not armed, or this is a dry run.
     Waiting,
     /// It does not move as its plans foresee.
     DoesNotFollow,

@@ -179,6 +179,18 @@ impl Figure {
         self.semi_ahead_m.max(self.semi_starboard_m)
     }
 
+    /// The figure in another size, sailed at the same speed.
+    pub(crate) fn scaled(self, ratio: f64) -> Self {
+        Self {
+            ahead_m: self.ahead_m * ratio,
+            starboard_m: self.starboard_m * ratio,
+            semi_ahead_m: self.semi_ahead_m * ratio,
+            semi_starboard_m: self.semi_starboard_m * ratio,
+            rate_radps: self.rate_radps / ratio,
+            ..self
+        }
+    }
+
     /// The craft's place relative to the vehicles' mean, m, and its velocity relative to that, m/s,
     /// (north, east), `ahead` seconds after the plan.
     pub(crate) fn at(&self, ahead: f64) -> (Vector2<f64>, Vector2<f64>) {

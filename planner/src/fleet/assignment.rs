@@ -1,9 +1,9 @@
 //! The search for the assignment of least cost.
 //!
 //! Few AUVs and craft: all assignments, by the cost of every set for every craft. Many: the
-//! previous assignment and one that is built up AUV by AUV, each improved by moving an AUV to another craft
-//! and by exchanging two, until nothing is better or the work is done. Counts bound the work, so
-//! that equal problems have equal results.
+//! previous assignment and one that is built up AUV by AUV, each improved by moving an AUV to
+//! another craft and by exchanging two, until nothing is better or the work is done. Counts bound
+//! the work, so that equal problems have equal results.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;

@@ -1,4 +1,4 @@
-//! Spare craft that localise the AUVs of another one, too.
+//! Spare craft that help another one to localise its AUVs.
 
 use std::cmp::Ordering;
 use std::f64::consts::PI;

@@ -114,14 +114,7 @@ impl Scene {
         };
         let figure = self.with_room(Figure { axis_rad, ..figure.clone() });
         let most = self.rate(&figure);
-        let sized = |ratio: f64| Figure {
-            ahead_m: figure.ahead_m * ratio,
-            starboard_m: figure.starboard_m * ratio,
-            semi_ahead_m: figure.semi_ahead_m * ratio,
-            semi_starboard_m: figure.semi_starboard_m * ratio,
-            rate_radps: figure.rate_radps / ratio,
-            ..figure.clone()
-        };
+        let sized = |ratio: f64| figure.clone().scaled(ratio);
         let paced = |ratio: f64| Figure {
             rate_radps: (figure.rate_radps * ratio).clamp(-most, most),
             ..figure.clone()
@@ -141,15 +134,7 @@ impl Scene {
         if figure.kind == FigureKind::Above || self.least_radius <= size {
             return figure;
         }
-        let ratio = self.least_radius / size.max(f64::MIN_POSITIVE);
-        Figure {
-            ahead_m: figure.ahead_m * ratio,
-            starboard_m: figure.starboard_m * ratio,
-            semi_ahead_m: figure.semi_ahead_m * ratio,
-            semi_starboard_m: figure.semi_starboard_m * ratio,
-            rate_radps: figure.rate_radps / ratio,
-            ..figure
-        }
+        figure.scaled(self.least_radius / size.max(f64::MIN_POSITIVE))
     }
 
     fn figure(&self, kind: FigureKind, axis: f64, shape: [f64; 4], sense: f64) -> Figure {

@@ -155,15 +155,7 @@ impl Scene {
         if !same || (to - from).abs() <= step || 1.5 * from < to || to < from / 1.5 {
             return figure;
         }
-        let ratio = (from + step.copysign(to - from)) / to;
-        Figure {
-            ahead_m: figure.ahead_m * ratio,
-            starboard_m: figure.starboard_m * ratio,
-            semi_ahead_m: figure.semi_ahead_m * ratio,
-            semi_starboard_m: figure.semi_starboard_m * ratio,
-            rate_radps: figure.rate_radps / ratio,
-            ..figure
-        }
+        figure.scaled((from + step.copysign(to - from)) / to)
     }
 
     /// The answer with the chosen `figure`, its axis counted from north.

@@ -294,6 +294,14 @@ async fn calls_about_a_fleet_name_their_craft_and_its_faults_their_field() {
         let found = ["pointer", "code"].map(|member| wrong[member].as_str().unwrap_or_default().to_owned());
         assert_eq!(found.join(" "), fault, "{change}");
     }
+    let mut alone =
+        json!({ "auvs": [{ "id": "a" }], "goal": { "kind": "track", "auv": "a" }, "hand_over_s": 30 });
+    for fault in ["/live/hand_over_s", "out_of_range"] {
+        let answer = service.post("/v1/missions", &json!({ "schema_version": "1.0", "live": alone })).await;
+        answer.must_be(422);
+        answer.must_say(fault);
+        (alone["surface_craft"], alone["hand_over_s"]) = (json!([{ "id": "b" }]), json!(601));
+    }
     // A third craft joins, and one leaves.
     let craft = json!([{ "id": "asc-1", "limits": { "speed_max_mps": 1.5 } }, { "id": "asc-2" }]);
     service.change(mission, json!({ "surface_craft": craft })).await;

@@ -83,6 +83,10 @@ fn trial(config: &Live, shorten: impl Fn(&mut PlanRequest)) -> Result<(), Vec<Fi
         return Err(vec![fault]);
     }
     if config.surface_craft.is_empty() {
+        if config.hand_over_s.is_some() {
+            let detail = "a mission of one craft hands nothing over: leave this one out";
+            return Err(vec![FieldError::new("/hand_over_s", "contradicts", detail)]);
+        }
         let mut alone = trial_request((config, None), 0.0);
         shorten(&mut alone);
         return check(&alone);

@@ -86,7 +86,7 @@ pub(super) struct CraftNow {
 }
 
 impl CraftState {
-    /// Takes what the newest plan left, and returns what the one before it did.
+    /// Replaces the memory of the last plan by that of the newest one, and returns it.
     pub(super) fn replace_left(&mut self, left: Left) -> Left {
         Left {
             previous_plan: mem::replace(&mut self.previous_plan, left.previous_plan),
@@ -163,7 +163,8 @@ impl CraftState {
         Some(self.previous_plan.as_ref()?.trajectory.first()?.t_s)
     }
 
-    /// It at `now`, s, with what the planner is to know of its last plan; `None` if it was never heard.
+    /// The craft at `now`, s, with its last plan as the planner may learn from it; `None` if it was
+    /// never heard.
     pub(super) fn at(&self, now: f64, origin: Option<Origin>) -> Option<CraftNow> {
         let asc = self.asc.as_ref()?;
         let mut previous_plan = self.previous_plan.clone();

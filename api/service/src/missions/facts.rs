@@ -43,7 +43,7 @@ impl Facts {
         if !state.is_of_fleet() {
             let stop = share(1);
             let valid = wire::snapshot_until(state.request(now, own)?, &|| stop.is_due());
-            // Without a previous plan that has no valid snapshot, such as one beyond all coordinates.
+            // A previous plan can be invalid, for example beyond all coordinates: it is left out.
             let valid = valid.or_else(|_| {
                 let mut request = state.request(now, own).expect("waits for no vehicle");
                 request.previous_plan = None;

@@ -82,7 +82,7 @@ impl Missions {
         Some(LastValues::of((&view.plans, &view.fleet), view.steering.as_ref(), now, summary))
     }
 
-    /// Those of a mission that runs at another service, from the store.
+    /// The last values of a mission that runs at another service, from the store.
     fn stored_last(
         &self,
         reader: &EventReader,

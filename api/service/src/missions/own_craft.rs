@@ -185,7 +185,7 @@ impl Berth {
                 && own.clone().any(|own| are_near(&own.craft.place, &other.craft.place))
                 && self.fleet.have_the_same_callers(&first.craft.mission, &other.craft.mission)
         });
-        // Reports tell of the craft of the same fleet, too.
+        // AIS also reports the craft of the same fleet.
         let fleet =
             members.iter().filter(|((number, _), own)| *number == self.number && own.craft.id.is_some());
         let near: Vec<_> = near.chain(fleet).map(|(key, member)| (*key, member.clone())).collect();

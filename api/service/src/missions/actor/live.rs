@@ -454,11 +454,10 @@ impl Live {
     }
 }
 
-/// What plans leave to the state: for each craft its own, absences, and who serves whom, if that is
-/// new.
+/// Parts of the state that plans replace: memories of the craft, their absences, and a new assignment.
 type AfterPlans = (Vec<(Option<String>, Left)>, AbsenceOf, Option<Box<Assigned>>);
 
-/// Exchanges that in the state.
+/// Replaces these parts of the state, and returns the previous ones.
 fn exchange(state: &mut MissionState, (left, absences, assigned): AfterPlans) -> AfterPlans {
     let left = left.into_iter().filter_map(|(id, left)| {
         let before = state.craft_mut(id.as_deref())?.replace_left(left);
