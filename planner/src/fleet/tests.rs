@@ -70,11 +70,11 @@ fn parts(assignment: &Assignment) -> Vec<Vec<String>> {
     assignment.craft.iter().map(|craft| craft.auvs.iter().map(tail).collect()).collect()
 }
 
-/// More fleets: `FLEETS=10000 cargo test -p pilotfish-planner fleet::tests::names -- --nocapture`.
+/// More fleets: `FLEETS=10000 cargo test -p pilotfish-planner fleet::tests::names`.
 #[test]
 fn names_and_mirrors_change_no_assignment_and_no_bound_exceeds_its_cost() {
     let n = env::var("FLEETS").ok().and_then(|text| text.parse().ok()).unwrap_or(60);
-    let (mut changed, mut apart) = (0_u64, 0.0);
+    let mut changed = 0_u64;
     for seed in 0..n {
         let first = assigned(drawn(seed, "", 1.0));
         assert_eq!(assigned(drawn(seed, "", 1.0)), first, "{seed}");
@@ -84,18 +84,12 @@ fn names_and_mirrors_change_no_assignment_and_no_bound_exceeds_its_cost() {
             if mirror > 0.0 {
                 assert_eq!(parts(&other), parts(&first), "{seed}");
             }
-            // The search for schedules prefers starboard, and its time ends at another place.
             let ratio = other.cost / first.cost.max(f64::MIN_POSITIVE);
-            if mirror > 0.0 {
-                near(ratio, 1.0, 1e-12);
-            }
-            apart = f64::max(apart, (ratio - 1.0).abs());
+            near(ratio, 1.0, if mirror > 0.0 { 1e-12 } else { 1e-6 });
             changed += u64::from(parts(&other) != parts(&first));
         }
     }
-    println!("{n} fleets: {changed} other assignments of mirrored ones, costs at most {apart:.3} apart");
-    assert!(apart <= 0.04 || n > 60, "{apart}");
-    assert!(changed <= 2.max(n / 30), "{changed} mirrored assignments differ");
+    assert!(changed <= n / 1000, "{changed} mirrored assignments differ");
 }
 
 #[test]

@@ -78,7 +78,7 @@ pub(crate) struct Fleet {
     pub(crate) craft: Craft,
     /// Present speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
-    /// From starboard to port, independent of names and order; ties go to starboard.
+    /// From near to far, independent of names and order: a mirror image has the same order.
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
     pub(crate) within: f64,
@@ -232,7 +232,9 @@ fn tour(places: &[Vector2<f64>], craft: &Craft, dwell: f64) -> f64 {
     places.iter().map(|from| dwell + nearest(from) / craft.speed).sum()
 }
 
-/// From starboard to port, then from ahead to astern.
+/// From near to far, to the millimetre, then from ahead to astern, then from starboard to port.
 fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {
-    b.y.total_cmp(&a.y).then(b.x.total_cmp(&a.x))
+    let millimetres = |metres: f64| (1e3 * metres).round();
+    let apart = millimetres(a.norm()).total_cmp(&millimetres(b.norm()));
+    apart.then(millimetres(b.x).total_cmp(&millimetres(a.x))).then(b.y.total_cmp(&a.y))
 }
