@@ -455,7 +455,7 @@ test("each craft of a fleet has its own track, plans and log, and they share the
   const streamed = made(), events = [
     { kind: "reported", at_s: 10, heard: { craft: "a", asc: [{ t_s: 10, state: place(1) }] } }, { kind: "reported", at_s: 10, heard: { craft: "b", asc: [{ t_s: 10, state: place(100) }], auvs: { 1: [{ t_s: 9, north_m: 6, east_m: 1, sigma_m: 1 }] } } },
     planned("a", 2, "1"), planned("b", 101, "2"), { kind: "assigned", t_s: 11, assignment: { craft: [{ id: "a", auvs: ["1"] }, { id: "b", auvs: ["2"] }] } }, { kind: "changed", at_s: 12, setting: { keep_outs: [{ north_m: 100, east_m: 0, radius_m: 5 }] } },
-    { kind: "reported", at_s: 13, heard: { craft: "b", asc: [{ t_s: 13, state: place(102) }] } }, { kind: "assigned", t_s: 14, assignment: { craft: [{ id: "a", auvs: ["1", "2"] }] }, away: { b: "silent" } },
+    { kind: "reported", at_s: 13, heard: { craft: "b", asc: [{ t_s: 13, state: place(102) }] } }, { kind: "assigned", t_s: 14, assignment: { craft: [{ id: "a", auvs: ["1", "2"] }], unserved: ["3"] }, away: { b: "silent" } },
   ];
   events.forEach((event, i) => streamed.takeEvent(i + 1, event, same));
   const loaded = made();
@@ -475,6 +475,7 @@ test("each craft of a fleet has its own track, plans and log, and they share the
     expect(fleet.plans.column("sequence")[0]).toBe(3);
     expect([12, 14].map((t) => fleet.serverOf("2", t))).toEqual(["b", "a"]);
     expect(fleet.journal.entries.filter(({ kind }) => kind === "assigned").map(({ text }) => text)).toEqual(["a serves 1; b serves 2", "b is silent: a serves 2 now"]);
+    expect([fleet.assignedAt(11).unserved, fleet.assignedAt(14).unserved]).toEqual([[], ["3"]]);
     expect(chartEvents(fleet.journal.entries).map(({ words }) => words)).toContain("assigned: b is silent: a serves 2 now");
     // A disc counts for each craft from when it was put there.
     expect([a, b].map(({ limits }) => limits.brokenUntil(20).length)).toEqual([0, 1]);

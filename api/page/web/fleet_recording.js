@@ -161,7 +161,7 @@ export class FleetRecording extends Recording {
   /** @param {any} event */
   takeAssigned({ t_s, assignment, away = {} }) {
     /** @type {Assigned} */
-    const now = { t_s, away: new Map(Object.entries(away)), craft: new Map(assignment.craft.map((/** @type {any} */ { id, auvs }) => [id, auvs])) };
+    const now = { t_s, away: new Map(Object.entries(away)), unserved: assignment.unserved ?? [], craft: new Map(assignment.craft.map((/** @type {any} */ { id, auvs }) => [id, auvs])) };
     this.version += 1;
     this.assigned = [...this.assigned.filter((other) => other.t_s !== t_s), now].sort((a, b) => a.t_s - b.t_s);
     this.join([...now.craft.keys()]);

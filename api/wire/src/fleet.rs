@@ -169,14 +169,15 @@ impl FleetRequest {
         let shared = PlanRequest::deserialize(Node::whole(json))?;
         let (before, plans) = previous.map(|fleet| (fleet.assignment, fleet.surface_craft)).unzip();
         let plans = plans.unwrap_or_default();
-        let n_hand_overs = before.as_ref().map_or(0, |before| before.hand_overs.len());
+        let of = |length: fn(&Assignment) -> usize| before.as_ref().map_or(0, length);
         let lists = before.iter().flat_map(|before| &before.craft).map(|craft| craft.auvs.len());
         let longest = lists.max().unwrap_or(0);
         let lengths = [
             ("surface_craft", plans.len(), CRAFT_MAX),
-            ("assignment/craft", before.as_ref().map_or(0, |before| before.craft.len()), CRAFT_MAX),
+            ("assignment/craft", of(|before| before.craft.len()), CRAFT_MAX),
             ("assignment/craft", longest, AUVS_MAX),
-            ("assignment/hand_overs", n_hand_overs, CRAFT_MAX * AUVS_MAX),
+            ("assignment/hand_overs", of(|before| before.hand_overs.len()), CRAFT_MAX * AUVS_MAX),
+            ("assignment/unserved", of(|before| before.unserved.len()), AUVS_MAX),
         ];
         for (list, n, most) in lengths {
             let place = format!("/previous_plan/{list}");

@@ -28,6 +28,10 @@ pub struct Assignment {
     /// AUVs that a craft still serves beside the one to which they were given.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hand_overs: Vec<HandOver>,
+    /// AUVs of the goal that nobody serves, since no craft that is present may.
+    #[schema(value_type = Vec<String>)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unserved: Vec<VehicleId>,
 }
 
 /// An AUV that a craft still serves beside the one to which it was given.

@@ -147,7 +147,9 @@ impl Fleet {
         let is_as_before = craft_of == self.before && self.changed.is_finite();
         let changed_s = if is_as_before { self.changed } else { leading.t_s };
         let hand_overs = self.hand_overs_to(&craft_of);
-        Assignment { craft, cost, bound, exact, kept, changed_s, hand_overs }
+        let unserved = self.auvs.iter().zip(&craft_of).filter(|(_, of)| of.is_none());
+        let unserved = unserved.map(|(auv, _)| leading.auvs[*auv].id.clone()).collect();
+        Assignment { craft, cost, bound, exact, kept, changed_s, hand_overs, unserved }
     }
 
     /// AUVs that other craft than those of `craft_of` still serve.

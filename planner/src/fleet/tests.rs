@@ -244,6 +244,17 @@ fn faults_of_a_fleet_name_its_fields() {
 }
 
 #[test]
+fn an_auv_that_no_present_craft_may_serve_is_named() {
+    let mut members =
+        (0..).map(|seed| drawn(seed, "", 1.0)).find(|members| members.len() == 2).expect("is drawn");
+    let auvs: Vec<_> = members[0].request.auvs.iter().map(|auv| auv.id.clone()).collect();
+    assert!(assigned(members.clone()).unserved.is_empty());
+    members[0].is_away = true;
+    members[1].serves = Some(auvs[1..].to_vec());
+    assert_eq!(assigned(members).unserved, auvs[..1]);
+}
+
+#[test]
 fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
     let members = |t_s: f64, before: &[PreviousPlan]| -> Vec<Member> {
         let auv = |name: &str, north| Auv::new(name, moving(north, 0.0, 5.0, 0.0, 0.0));
