@@ -92,6 +92,7 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "fleet-dies",
     "fleet-speeds",
     "fleet-localise",
+    "fleet-relay",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.

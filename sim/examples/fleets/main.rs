@@ -7,7 +7,10 @@
 //! A JSON line for each flight. `--assign` names the assignments to fly: `fleet` (the planner's),
 //! `one` (the first craft alone), `split` (the best of all fixed ones, in hindsight), `nearest`,
 //! `auction` (sequential, single items) and `territories` (k-means), these three anew each minute.
+//! `hindsight` is the mean age of the best visits that are found with the true future.
 //! `--dies` stops a drawn craft for good at a drawn time. `--far` and `--minutes` as they say.
+
+mod hindsight;
 
 use std::collections::BTreeMap;
 use std::{env, error::Error};
@@ -22,6 +25,8 @@ use planner::{Asc, Auv, AuvState, Goal, Parameters, PlanRequest, PreviousPlan, W
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
+
+use hindsight::Hindsight;
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -326,6 +331,15 @@ fn main() -> Result<(), Failure> {
         let mut scene = Scene { auvs, craft, dies, seconds, goal: goal.clone() };
         for name in assign.split(',') {
             scene.craft = all.iter().take(if name == "one" { 1 } else { all.len() }).cloned().collect();
+            if name == "hindsight" {
+                let track =
+                    |(_, lanes): &(VehicleId, Lanes)| (0..seconds).map(|t| lanes.at(t as f64).0).collect();
+                let tracks = scene.auvs.iter().map(track).collect();
+                let craft = scene.craft.iter().map(|craft| craft.position).collect();
+                let age = Hindsight { tracks, craft }.mean_age(seed);
+                println!("{}", json!({ "seed": seed, "assign": name, "score": age }));
+                continue;
+            }
             let rules = match name {
                 "fleet" | "one" => vec![Assigner::Planner],
                 "split" => {
