@@ -254,8 +254,9 @@ impl<'a> Estimator<'a> {
     /// Filters `reports`, at least one, in order of time. The vehicle is on one of `paths`.
     fn filtered(&self, reports: &[Report], paths: &[KnownPath], before: Option<&[TrackPoint]>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
+        let given = self.numbered(reports);
         let ScreenedReports { reports: screened, track: free, inflation, velocity_contradicted } =
-            ScreenedReports::new(self.without_repeated(&self.numbered(reports)), tuned, due);
+            ScreenedReports::new(self.without_repeated(&given), tuned, due);
         let infers = before.is_some();
         let before = before.filter(|_| paths.is_empty());
         let past_track = |scatter: f64| {
@@ -295,7 +296,7 @@ impl<'a> Estimator<'a> {
         Estimate {
             state: steady_turn.map_or(state, |turn| turn.of(&state)),
             dive: infers.then(|| sawtooth(used, through_water, tuned)).flatten(),
-            rejected: unused(reports, used),
+            rejected: unused(&given, used),
             inflation,
             velocity_contradicted,
             jumped: false,
@@ -315,7 +316,8 @@ impl<'a> Estimator<'a> {
     /// The estimate from `reports` of which some are ranges, without a path.
     fn ranged(&self, reports: &[Report], infers: bool, before: Option<&Ranging>) -> Estimate {
         let (tuned, due) = (self.tuned, self.due);
-        let numbered = self.without_repeated(&self.numbered(reports));
+        let given = self.numbered(reports);
+        let numbered = self.without_repeated(&given);
         let newest = numbered.last().map_or(self.now, |(_, report)| report.t_s);
         let found = Ranged::new(&numbered, before, tuned, due);
         let (mean, covariance) = Gaussian::moments(found.gaussians.iter());
@@ -329,7 +331,7 @@ impl<'a> Estimator<'a> {
             .collect();
         Estimate {
             state: AuvState { depth_m: found.depth, ..self.state(&filtered, &used) },
-            rejected: unused(reports, &used),
+            rejected: unused(&given, &used),
             inflation: found.memory.inflation_m,
             velocity_contradicted: false,
             jumped: false,
@@ -514,9 +516,12 @@ pub(crate) fn in_order(a: &Report, b: &Report) -> Ordering {
     pairs.map(|(a, b)| a.total_cmp(&b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
 }
 
-/// Indices of the `reports` that are not among the `used` ones.
-fn unused(reports: &[Report], used: &[(usize, Report)]) -> Vec<usize> {
-    (0..reports.len()).filter(|number| used.iter().all(|(used, _)| used != number)).collect()
+/// Indices of the `given` reports that are not among the `used` ones.
+fn unused(given: &[(usize, Report)], used: &[(usize, Report)]) -> Vec<usize> {
+    let given = given.iter().map(|(number, _)| *number);
+    let mut unused: Vec<_> = given.filter(|number| used.iter().all(|(used, _)| used != number)).collect();
+    unused.sort_unstable();
+    unused
 }
 
 /// Time and rate of turn between the two newest courses, if neither report has a rate.
