@@ -52,7 +52,8 @@ pub(super) fn led_round(
     } else {
         for _ in 0..MEETINGS {
             let found = search.way(&start, &to);
-            is_open = found.is_some();
+            // A search that was cut short says nothing of ways.
+            is_open = found.is_some() || stop.is_due();
             arrives = found.as_ref().is_some_and(|way| way.last() == Some(&to));
             let way = found.unwrap_or_else(|| vec![start, search.as_far_as_open(&start, &to)]);
             places.truncate(1);
