@@ -458,6 +458,7 @@ fn auv_report(fix: &AuvFix, sigma_m: f64, counts: &mut Rejects) -> Report {
         north_m: None,
         east_m: None,
         range_m: fix.range_m.map(|range| within(range, "range_m", "AUV's range")),
+        travel: None,
         from: None,
         lat_deg: fix.range_m.is_none().then_some(fix.position.lat_deg),
         lon_deg: fix.range_m.is_none().then_some(fix.position.lon_deg),

@@ -230,7 +230,7 @@ impl PredictedAuv {
     ) -> Self {
         let estimate = &target.estimate;
         let reports = auv.reports.as_deref().unwrap_or_default();
-        let fixes = reports.iter().filter(|report| report.range_m.is_none());
+        let fixes = reports.iter().filter(|report| !report.is_range());
         let newest = fixes.max_by(|a, b| a.t_s.total_cmp(&b.t_s));
         let rounded_to = |per_unit: f64| move |value: f64| rounded(value, per_unit);
         let positions = kept.iter().filter_map(|&i| target.trajectory.get(i));

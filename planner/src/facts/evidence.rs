@@ -100,10 +100,10 @@ pub struct Report {
     /// Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as
     /// now. If all reports are older than an hour, only the newest counts.
     pub t_s: f64,
-    /// Position north of the datum, m. Required unless `range_m` is given.
+    /// Position north of the datum, m. Required unless `range_m` or `travel` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub north_m: Option<f64>,
-    /// Position east of the datum, m. Required unless `range_m` is given.
+    /// Position east of the datum, m. Required unless `range_m` or `travel` is given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub east_m: Option<f64>,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
@@ -115,6 +115,9 @@ pub struct Report {
     /// Measured slant range, m, instead of a position. Multipath makes it longer, never shorter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_m: Option<f64>,
+    /// Measured travel time, instead of `range_m`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub travel: Option<TravelTime>,
     /// Position [north, east] of the surface craft when it measured the range, m. Default: where it
     /// was at `t_s`: in a request for ranges of the last 2 s, in a mission by its reported states
     /// within 2 s.
@@ -139,7 +142,45 @@ pub struct Report {
     pub turn_rate_radps: Option<f64>,
 }
 
+/// Travel time of sound between the surface craft and an underwater vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TravelTime {
+    /// From sending to reception, s: one way, or with `reply_delay_s` there and back.
+    pub time_s: f64,
+    /// Time from reception at the vehicle to its reply, s. Default: the time is that of one way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reply_delay_s: Option<f64>,
+    /// Mean speed of sound along the way, m/s.
+    #[serde(default = "sound_speed")]
+    #[schema(default = sound_speed)]
+    pub sound_speed_mps: f64,
+}
+
+/// Speed of sound in sea water of 13 °C and a salinity of 35 at the surface, m/s.
+fn sound_speed() -> f64 {
+    1500.0
+}
+
+impl TravelTime {
+    /// Slant range, m.
+    pub(crate) fn range(&self) -> f64 {
+        let Self { time_s, reply_delay_s, sound_speed_mps } = self;
+        sound_speed_mps * reply_delay_s.map_or(*time_s, |delay| 0.5 * (time_s - delay))
+    }
+}
+
 impl Report {
+    /// `true` for a range, `false` for a position.
+    pub fn is_range(&self) -> bool {
+        self.range_m.is_some() || self.travel.is_some()
+    }
+
+    /// Makes a range of a travel time.
+    pub fn measure(&mut self) {
+        self.range_m = self.travel.take().map(|travel| travel.range()).or(self.range_m);
+    }
+
     /// A position (north, east), m, at time `t_s` with standard deviation `sigma_m`; no telemetry.
     pub fn new(t_s: f64, position: Vector2<f64>, sigma_m: f64) -> Self {
         Self {
@@ -149,6 +190,7 @@ impl Report {
             lat_deg: None,
             lon_deg: None,
             range_m: None,
+            travel: None,
             from: None,
             sigma_m,
             depth_m: None,
@@ -208,5 +250,62 @@ impl GroundTrack {
     /// Velocity over ground (north, east), m/s.
     pub fn velocity(&self) -> Vector2<f64> {
         self.course.unit() * self.speed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use crate::tests::prelude::*;
+
+    /// A request with one report of the vehicle, 43.5 m from the craft at the origin.
+    fn heard(measured: serde_json::Value) -> Result<Snapshot, Vec<String>> {
+        let mut report = json!({ "t_s": 0.0, "sigma_m": 1.0, "depth_m": 20.0, "from": [0.0, 0.0] });
+        report.as_object_mut().expect("is one").extend(measured.as_object().expect("is one").clone());
+        let reports = vec![serde_json::from_value(report).expect("is a report")];
+        let auv =
+            Auv { state: None, reports: Some(reports), ..Auv::new("a", moving(0.0, 0.0, 0.0, 0.0, 0.0)) };
+        let asc = Asc::new(Vector2::zeros(), Heading::new(0.0), 0.5);
+        let goal = Goal::Midpoint { auvs: vec!["a".into()] };
+        let snapshot = Snapshot::try_from(PlanRequest::new(0.0, asc, vec![auv], goal));
+        snapshot.map_err(|refused| {
+            refused.0.into_iter().map(|fault| format!("{} {}", fault.pointer, fault.code)).collect()
+        })
+    }
+
+    #[test]
+    fn a_travel_time_is_the_range_that_sound_has_covered() {
+        let spread = |measured| {
+            let snapshot = heard(measured).expect("is valid");
+            let estimate = &snapshot.estimates()[0];
+            format!("{:?}", estimate.state)
+        };
+        let ranged = spread(json!({ "range_m": 43.5 }));
+        // 29 ms one way; there and back with a reply after 100 ms; 30 ms where sound is slower.
+        for travel in [
+            json!({ "time_s": 0.029 }),
+            json!({ "time_s": 0.158, "reply_delay_s": 0.1 }),
+            json!({ "time_s": 0.03, "sound_speed_mps": 1450.0 }),
+        ] {
+            assert_eq!(spread(json!({ "travel": travel })), ranged);
+        }
+    }
+
+    #[test]
+    fn travel_times_that_are_no_ranges_are_refused_by_name() {
+        for (measured, fault) in [
+            (json!({ "travel": { "time_s": 0.05, "reply_delay_s": 0.1 } }), "travel/time_s out_of_range"),
+            (json!({ "travel": { "time_s": 99.0 } }), "travel/time_s out_of_range"),
+            (
+                json!({ "travel": { "time_s": 0.1, "sound_speed_mps": 340.0 } }),
+                "travel/sound_speed_mps out_of_range",
+            ),
+            (json!({ "travel": { "time_s": 0.1 }, "range_m": 150.0 }), "travel unexpected"),
+            (json!({ "travel": { "time_s": 0.1 }, "north_m": 1.0 }), "north_m unexpected"),
+        ] {
+            let faults = heard(measured).expect_err("is refused");
+            assert_eq!(faults, [format!("/auvs/0/reports/0/{fault}")]);
+        }
     }
 }

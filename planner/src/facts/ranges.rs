@@ -151,6 +151,10 @@ pub(crate) const REPORT: [Range; 4] = [
     ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
 ];
 
+/// Travel time of sound: 30 km and back; a modem's delay; from cold fresh water to warm brine.
+pub(crate) const TRAVEL_TIME: [Range; 3] =
+    [("time_s", 0.0..=120.0), ("reply_delay_s", 0.0..=60.0), ("sound_speed_mps", 1.35e3..=1.65e3)];
+
 /// Telemetry of a vehicle.
 pub(crate) const TELEMETRY: [Range; 4] =
     [("depth_m", DEPTH), ("course_rad", ANGLE), ("speed_mps", AUV_SPEED), ("turn_rate_radps", TURN_RATE)];
@@ -397,7 +401,7 @@ pub(crate) const PREVIOUS_ASKED: [Range; 2] = [("asked_speed_mps", 0.0..=40.0), 
 
 /// Ranges of numbers by the name of their shape in `/openapi.json`. A shape may occur twice.
 pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
-    let tables: [(&str, &'static [Range]); 40] = [
+    let tables: [(&str, &'static [Range]); 41] = [
         (
             "PlanRequest",
             &[
@@ -444,6 +448,7 @@ pub fn ranges_by_shape() -> impl Iterator<Item = (&'static str, Range)> {
         ("Vessel", &VESSEL),
         ("Manoeuvre", &MANOEUVRE),
         ("PastVessel", &PAST_VESSEL),
+        ("TravelTime", &TRAVEL_TIME),
         ("Acoustics", &[("range_max_m", ACOUSTIC_RANGE)]),
         ("Current", &CURRENT),
         ("Drift", &CURRENT),

@@ -77,7 +77,7 @@ impl Member {
         }
         for (i, auv) in request.auvs.iter().enumerate() {
             let reports = auv.reports.iter().flatten().enumerate();
-            for (j, _) in reports.filter(|(_, report)| report.range_m.is_some() && report.from.is_none()) {
+            for (j, _) in reports.filter(|(_, report)| report.is_range() && report.from.is_none()) {
                 let detail = "say where the craft was that measured this range: a fleet has several";
                 faults.push(FieldError::new(format!("/auvs/{i}/reports/{j}/from"), "missing", detail));
             }

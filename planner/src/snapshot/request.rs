@@ -283,14 +283,16 @@ impl PlanRequest {
         vessel.t_s.map_or(0.0, |then| (self.t_s - then).max(0.0))
     }
 
-    /// Says of each recent range without `from` where the craft was then.
+    /// Makes ranges of travel times, and says of each recent range without `from` where the craft
+    /// was then.
     pub(crate) fn place_ranges(&mut self) {
         let water = || self.asc.water_velocity() + self.current();
         let velocity = self.asc.ground_velocity().unwrap_or_else(water);
         let (now, position) = (self.t_s, self.asc.position());
         let reports = self.auvs.iter_mut().filter_map(|auv| auv.reports.as_mut()).flatten();
-        for report in reports.filter(|report| report.range_m.is_some() && report.from.is_none()) {
-            report.from = Some((position + velocity * (report.t_s.min(now) - now)).into());
+        for report in reports.filter(|report| report.is_range()) {
+            report.measure();
+            report.from.get_or_insert_with(|| (position + velocity * (report.t_s.min(now) - now)).into());
         }
     }
 

@@ -223,10 +223,11 @@ impl MissionState {
         let track = craft.map_or_else(Vec::new, |craft| craft.track_with(heard));
         for (id, fixes) in &mut heard.auvs {
             fixes.retain_mut(|fix| {
-                if fix.range_m.is_some() && fix.from.is_none() {
+                fix.measure();
+                if fix.is_range() && fix.from.is_none() {
                     fix.from = position_at(&track, fix.t_s);
                 }
-                let is_placed = fix.range_m.is_none() || fix.from.is_some();
+                let is_placed = !fix.is_range() || fix.from.is_some();
                 if !is_placed {
                     let detail = format!(
                         "no state of the surface craft within {RANGE_FROM_WITHIN} s of the range at {:.1} s is known: post `asc` before, or say `from` \

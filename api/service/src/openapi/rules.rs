@@ -136,13 +136,14 @@ pub(super) fn write(document: &mut Value) {
             let none = |names: &[&str]| {
                 names.iter().map(|name| ((*name).to_owned(), json!({ "type": "null" }))).collect::<Value>()
             };
-            let mut range = none(&["north_m", "east_m", "lat_deg", "lon_deg"]);
-            range["range_m"] = json!({ "type": "number" });
-            let position = json!({ "properties": none(&["range_m", "from"]), "anyOf": pairs });
-            add_rule(
-                schema,
-                json!({ "oneOf": [{ "required": ["range_m"], "properties": range }, position] }),
-            );
+            let given = |name: &str, kind: &str, other: &str| {
+                let mut range = none(&["north_m", "east_m", "lat_deg", "lon_deg", other]);
+                range[name] = json!({ "type": kind });
+                json!({ "required": [name], "properties": range })
+            };
+            let position = json!({ "properties": none(&["range_m", "travel", "from"]), "anyOf": pairs });
+            let ranges = [given("range_m", "number", "travel"), given("travel", "object", "range_m")];
+            add_rule(schema, json!({ "oneOf": [ranges[0], ranges[1], position] }));
             continue;
         }
         add_rule(schema, json!({ "anyOf": pairs }));

@@ -7,7 +7,8 @@ use crate::facts::auv::Auv;
 use crate::facts::evidence::{AuvState, Report};
 use crate::facts::field_error::FieldError;
 use crate::facts::ranges::{
-    AUV_STATE, COVARIANCE, RANGE_FROM_WITHIN, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, TELEMETRY,
+    AUV_STATE, COVARIANCE, RANGE_FROM_WITHIN, REPORT, REPORT_AGE_MAX, REPORT_AHEAD_MAX, REPORT_RANGE,
+    TELEMETRY, TRAVEL_TIME,
 };
 use crate::snapshot::check::Check;
 
@@ -75,6 +76,23 @@ impl Check {
                 self.within(format_args!("{field}/{name}"), value, range);
             }
         }
+        if let Some(travel) = report.travel {
+            let values = [Some(travel.time_s), travel.reply_delay_s, Some(travel.sound_speed_mps)];
+            for ((name, range), value) in TRAVEL_TIME.iter().zip(values) {
+                if let Some(value) = value {
+                    self.within(format_args!("{field}/travel/{name}"), value, range);
+                }
+            }
+            let (range, within) = (travel.range(), REPORT_RANGE);
+            if !within.contains(&range) {
+                let detail = format!(
+                    "this time is a range of {range:.1} m; {} to {} m are accepted",
+                    within.start(),
+                    within.end()
+                );
+                self.fail(format_args!("{field}/travel/time_s"), "out_of_range", &detail);
+            }
+        }
         let telemetry = [report.depth_m, report.course_rad, report.speed_mps, report.turn_rate_radps];
         for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
             if let Some(value) = value {
@@ -86,36 +104,41 @@ impl Check {
     /// A report has a position, or a range and the place from which it was measured.
     fn place(&mut self, field: &str, report: &Report, now: f64) {
         let position = [("north_m", report.north_m), ("east_m", report.east_m)];
+        if report.range_m.is_some() && report.travel.is_some() {
+            let detail = "a report has a `range_m` or the `travel` time, not both";
+            self.fail(format_args!("{field}/travel"), "unexpected", detail);
+        }
+        let is_range = report.is_range();
         for (name, value) in position {
-            match (report.range_m, value) {
-                (None, None) => {
-                    let detail = "a report has a position, or a `range_m`";
+            match (is_range, value) {
+                (false, None) => {
+                    let detail = "a report has a position, a `range_m` or a `travel` time";
                     self.fail(format_args!("{field}/{name}"), "missing", detail);
                 }
-                (Some(_), Some(_)) => {
+                (true, Some(_)) => {
                     let detail = "a range has no position: the place from which it was measured is `from`";
                     self.fail(format_args!("{field}/{name}"), "unexpected", detail);
                 }
-                (Some(_), None) | (None, Some(_)) => {}
+                (true, None) | (false, Some(_)) => {}
             }
         }
-        match (report.range_m, report.from) {
-            (Some(_), Some(from)) => {
+        match (is_range, report.from) {
+            (true, Some(from)) => {
                 for (axis, along) in from.into_iter().enumerate() {
                     self.within(format_args!("{field}/from/{axis}"), along, &REPORT[axis].1);
                 }
             }
-            (Some(_), None) if (now - report.t_s).abs() <= RANGE_FROM_WITHIN => {}
-            (Some(_), None) => {
+            (true, None) if (now - report.t_s).abs() <= RANGE_FROM_WITHIN => {}
+            (true, None) => {
                 let detail = format!(
                     "say from where the range was measured: where the craft was more than {RANGE_FROM_WITHIN} s from now is not known"
                 );
                 self.fail(format_args!("{field}/from"), "missing", &detail);
             }
-            (None, Some(_)) => {
+            (false, Some(_)) => {
                 self.fail(format_args!("{field}/range_m"), "missing", "`from` belongs to a `range_m`");
             }
-            (None, None) => {}
+            (false, None) => {}
         }
     }
 
