@@ -27,12 +27,17 @@ pub fn read_reports(
     });
     let (mut reports, mut positions) = begun.map_err(|ShapeError(error)| BodyError::Shape(error))?;
     let mut rejected: Vec<Vec<FieldError>> = vec![];
+    let mut is_in_metres = false;
     for item in items {
+        let from_metres = matches!(item.json.member("from"), Some(Json::List(_)));
         // A rejected report sets no origin.
         let before = positions.clone();
         let faults = |one: &Reports| [plan_of_another_datum(one, origin), faults(one)].concat();
         match item.read(&mut positions, faults) {
-            Ok(one) => reports.extend(one),
+            Ok(one) => {
+                is_in_metres |= from_metres || !one.is_on_earth();
+                reports.extend(one);
+            }
             Err(faults) => {
                 positions = before;
                 // An unknown AUV is named once.
@@ -44,6 +49,11 @@ pub fn read_reports(
     }
     reports.auvs.retain(|_, fixes| !fixes.is_empty());
     reports.origin = positions.origin.filter(|_| origin.is_none());
+    if reports.origin.is_some() && is_in_metres {
+        let detail = "the first position in latitude and longitude becomes the mission's origin: give every position \
+                      of this request in latitude and longitude";
+        return Err(BodyError::Shape(FieldError::new("", "mixed", detail).into()));
+    }
     Ok((reports, rejected))
 }
 
@@ -221,6 +231,13 @@ mod tests {
         let (heard, rejected) = read(&body, Some(origin(-17.0, 180.0))).expect("is read");
         assert_eq!((rejected, heard.auvs["a"][0].from), (vec![], Some([3.0, 4.0])));
         assert!((heard.auvs["a"][1].position().x - 110.66).abs() < 0.02);
+        // The first position may be that from which a range was measured.
+        let body = |from: &Value| json!({ "auvs": { "a": [ranges[1], range(from.clone())] } }).to_string();
+        let (heard, rejected) =
+            read(&body(&json!({ "lat_deg": -17.0, "lon_deg": 180.0 })), None).expect("is read");
+        assert_eq!((heard.origin, rejected), (Some(origin(-16.999, 180.0)), vec![]));
+        let mixed = read(&body(&json!([3.0, 4.0])), None).expect_err("has metres from nowhere");
+        assert!(matches!(mixed, BodyError::Shape(fault) if fault.code == "mixed"));
     }
 
     #[test]

@@ -89,6 +89,23 @@ async fn metres_in_a_mission_with_an_origin_get_degrees() {
     let events = service.events(&mission).await;
     is_near(&events[1]["heard"]["auvs"]["auv-1"][0]["lat_deg"], 38.411, 1e-7);
     assert_eq!(events[1]["heard"]["origin"], Value::Null);
+    // Ranges and travel times of 43.5 m, from a place in metres or on Earth.
+    let now = service.mission_now(&seen);
+    let report = |measured: Value, from: Value| {
+        let mut report = json!({ "t_s": now, "sigma_m": 1.0, "from": from });
+        report.as_object_mut().expect("is one").extend(measured.as_object().expect("is one").clone());
+        report
+    };
+    let ranges = [
+        report(json!({ "range_m": 43.5 }), json!([111.005, 0.0])),
+        report(json!({ "travel": { "time_s": 0.029 } }), json!({ "lat_deg": 38.411, "lon_deg": -9.12 })),
+    ];
+    service.order(&mission, "reports", json!({ "auvs": { "auv-1": ranges } })).await;
+    let events = service.events(&mission).await;
+    for range in events[2]["heard"]["auvs"]["auv-1"].as_array().expect("is a list") {
+        is_near(&range["range_m"], 43.5, 1e-9);
+        is_near(&range["from"][0], 111.005, 0.01);
+    }
 }
 
 #[tokio::test(start_paused = true)]

@@ -260,11 +260,6 @@ fn read_reports(
     if reports.is_empty() && !rejected.is_empty() {
         return Err(Problem::Invalid(rejected.concat()));
     }
-    if reports.origin.is_some() && !reports.is_complete() {
-        let detail = "the first position in latitude and longitude becomes the mission's origin: \
-            give every position of this request in latitude and longitude";
-        return Err(Problem::Invalid(vec![FieldError::new("", "mixed", detail)]));
-    }
     if let Some(origin) = origin.or(reports.origin) {
         reports.complete(origin);
     }

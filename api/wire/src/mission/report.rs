@@ -65,10 +65,14 @@ impl Reports {
         }
     }
 
-    /// `true` if every position has its latitude.
+    /// `true` if every position has its latitude, those from which ranges were measured included.
     pub fn is_complete(&self) -> bool {
-        let is_on_earth =
-            |fix: &Report| fix.lat_deg.is_some() || (fix.range_m.is_some() && fix.from.is_none());
+        self.is_on_earth() && self.auvs.values().flatten().all(|fix| fix.from.is_none())
+    }
+
+    /// `true` if every position of a vehicle has its latitude.
+    pub(crate) fn is_on_earth(&self) -> bool {
+        let is_on_earth = |fix: &Report| fix.lat_deg.is_some() || fix.is_range();
         self.auvs.values().flatten().all(is_on_earth)
             && self.asc.iter().all(|report| report.state.lat_deg.is_some())
             && self.traffic.iter().all(|vessel| vessel.lat_deg.is_some())
@@ -83,7 +87,7 @@ impl Reports {
     /// `true` if some are of a surface craft: its state, its steering, or ranges without the place
     /// where they were measured.
     pub fn are_of_a_craft(&self) -> bool {
-        let is_from_craft = |fix: &Report| fix.range_m.is_some() && fix.from.is_none();
+        let is_from_craft = |fix: &Report| fix.is_range() && fix.from.is_none();
         let ranges = self.auvs.values().flatten().any(is_from_craft);
         ranges || !self.asc.is_empty() || !self.steering.is_empty()
     }

@@ -104,8 +104,8 @@ impl Actor for Live {
             Command::Report(heard, _) if self.state.craft(heard.craft.as_deref()).is_none() => {
                 return Err(Problem::Behind);
             }
-            Command::Report(mut heard, _) => {
-                self.check_origin(&heard)?;
+            Command::Report(mut heard, read_with) => {
+                self.check_origin(&heard, read_with)?;
                 self.state.place_ranges(&mut heard);
                 if heard.is_empty() {
                     return Err(Problem::Invalid(heard.rejected));
@@ -148,11 +148,12 @@ impl Actor for Live {
 }
 
 impl Live {
-    /// Fails for reports that were read before the mission's origin was known.
-    fn check_origin(&self, heard: &Reports) -> Result<(), Problem> {
+    /// Fails for reports that were read before the mission's origin was known, with another one or
+    /// none.
+    fn check_origin(&self, heard: &Reports, read_with: Option<Origin>) -> Result<(), Problem> {
         match (heard.origin, self.state.origin()) {
             (None, None) => Ok(()),
-            (None, Some(_)) if heard.is_complete() => Ok(()),
+            (None, Some(_)) if read_with.is_some() || heard.is_complete() => Ok(()),
             (Some(_), None) if self.state.may_begin() => Ok(()),
             // Another request set the origin. This one, repeated, is read with that.
             (_, Some(_)) => Err(Problem::Behind),
