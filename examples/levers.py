@@ -6,7 +6,8 @@
     python3 examples/levers.py target/levers/report.json > docs/levers.svg
 
 A panel for each scenario and pair of metrics. Points are means over the seeds; a line joins the values of one lever in order, through the
-usual one. It needs nothing but Python.
+usual one. It needs nothing but Python. A campaign of yours needs the same names: `usual` (planner = {}), and a lever of LEVERS with its value, such as
+`velocity 1.5`; and the metrics rms_m, energy_j, heading_travel_rad.
 """
 
 import json
@@ -98,6 +99,8 @@ def main():
     for score in report["scores"]:
         means = {metric: SCALE.get(metric, 1) * mean for metric, mean in zip(metrics, score["means"])}
         scenarios.setdefault(score["scenario"], {})[score["controller"]] = means
+    if not all("usual" in means for means in scenarios.values()) or not METRICS.keys() <= set(metrics):
+        sys.exit("levers.py needs a controller named usual, others named such as 'velocity 1.5', and the metrics " + ", ".join(METRICS))
     width, height = 2 * WIDTH, len(scenarios) * HEIGHT + LEGEND
     print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="10">')
     print(f'<rect width="{width}" height="{height}" fill="#fff"/>')

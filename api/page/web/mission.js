@@ -308,7 +308,7 @@ export class MissionView {
     if (fleet) fleet.draw(t, isNow);
     else this.visits?.draw(visitsAt(recording, t));
     this.drawVessels(believed ? vesselsOf(believed) : []);
-    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : behind ? "no plan of it at this time" : "loading, or not stored: an earlier version made this record"]]);
+    facts(this.believed, believed ? beliefsOf(believed) : [["", i < 0 ? "no plan yet" : behind ? "no plan of it at this time" : "none: loading, or the record of another law or of an earlier version"]]);
   }
 
   /** @param {import("./traffic.js").Vessel[]} vessels */

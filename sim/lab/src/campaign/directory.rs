@@ -145,7 +145,7 @@ pub enum DirectoryError {
     Other(String),
     #[error("{0} is damaged: delete it, and run the campaign again")]
     Damaged(String, #[source] RowsError),
-    #[error("{0}. The campaign keeps what was flown: then run it again to continue")]
+    #[error("{0}. Finished runs are kept: run it again to continue")]
     Guide(#[from] NoGuidance),
     #[error("the campaign in {0} is not finished: run it again to continue")]
     Unfinished(String),

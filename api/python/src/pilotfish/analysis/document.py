@@ -58,7 +58,7 @@ Holm's correction covers all rows of this table. Thirds are by the parameter's v
 ratio and its Student interval."""
 
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;max-width:75rem;margin:2rem auto;padding:0 1rem}
-table{border-collapse:collapse;display:block;overflow-x:auto}
+table{border-collapse:collapse;display:block;overflow-x:auto;margin:1rem 0}
 td,th{padding:.2rem .6rem;border-bottom:1px solid #ddd;text-align:left}
 .n{text-align:right;white-space:nowrap}svg{max-width:100%;height:auto}"""
 
@@ -224,10 +224,11 @@ def introduction(numbers: Json) -> str:
     about = numbers["campaign"]
     n_cases = sum(len(case["craft"]) for case in numbers["cases"])
     lasting = "" if about["duration_s"] is None else f" of at most {about['duration_s']:g} s"
+    planned = "" if about["n_rows"] == about["n_runs_at_most"] else f" (of at most {integer(about['n_runs_at_most'])})"
     text = (
         f"Campaign `{about['name']}`, seed {about['seed']}: {len(numbers['cases'])} scenarios, {n_cases} cases "
         f"(scenarios with a craft), {integer(about['replicates'])} replicates of each; {integer(about['n_rows'])} runs"
-        f"{lasting} (of at most {integer(about['n_runs_at_most'])} runs); {integer(about['n_failed'])} failed. "
+        f"{lasting}{planned}; {integer(about['n_failed'])} failed. "
         f"The reference is `{about['reference']}`. Digest of the rows: `{about['digest']}`."
     )
     if about["repeated"]:
