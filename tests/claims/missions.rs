@@ -128,7 +128,7 @@ async fn a_whole_scenario_may_be_sent_and_its_errors_are_named() {
     let create = async |body: Value| service.post("/v1/missions", &body).await;
     let table = r#"
         /simulated/scenario  "nowhere"                  invalid  ~paper-tracking
-        .                    {"schema_version":"1.0"}   one_of   ~either simulated or live
+        .                    {"schema_version":"1.0"}   one_of   ~`live` or `simulated`
     "#;
     assert_refused(&simulated("calm"), table, &create).await;
     let table = r#"/simulated/scenario_file  "title = 1"  invalid  ~scenario_file:1"#;

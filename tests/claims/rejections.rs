@@ -70,8 +70,8 @@ async fn a_member_is_refused_by_place_and_reason() {
         /auvs/0/state             [18,6,9,0,0,0,0]    wrong_type
         /deadline_ms              60001               out_of_range
         # An angle in degrees is not wrapped.
-        /asc/heading_rad          90                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `heading_deg`
-        /auvs/0/state/course_rad  45                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad: may be degrees: `course_deg`
+        /asc/heading_rad          90                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad, not degrees (`heading_deg` takes degrees)
+        /auvs/0/state/course_rad  45                  out_of_range      must be from -6.283185307179586 to 6.283185307179586 rad, not degrees (`course_deg` takes degrees)
         /asc/heading_deg          30                  mixed
         # An AUV has a state or reports.
         /auvs/0/reports           [{"t_s":110,"north_m":1,"east_m":2,"sigma_m":1.5}]  unexpected

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use std::fmt;
 
-use planner::snapshot::{TAGGED, pointer_token};
+use planner::snapshot::{DIRECTIONS, TAGGED, pointer_token};
 use serde::{
     Deserialize, Deserializer, Serialize, Serializer,
     de::{
@@ -302,7 +302,11 @@ impl de::Error for ShapeError {
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        let detail = format!("unknown member; known members are {}", listed(known));
+        // Degrees become radians before members are read.
+        let degrees =
+            |name: &str| DIRECTIONS.iter().find(|[_, radians]| *radians == name).map(|[degrees, _]| *degrees);
+        let known: Vec<_> = known.iter().flat_map(|&name| [Some(name), degrees(name)]).flatten().collect();
+        let detail = format!("unknown member; known members are {}", listed(&known));
         Self::new(token(name), "unknown_field", detail)
     }
 

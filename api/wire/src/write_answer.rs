@@ -274,7 +274,7 @@ fn about_no_go_areas(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         warning("goal_in_no_go", &format!("/no_go/{i}"), detail)
     });
     let closed = (!plan.goal_is_reachable).then(|| {
-        let detail = "no way that is wide enough for the craft leads past the no-go areas to the goal";
+        let detail = "no way past the no-go areas to the goal was found that is wide enough for the craft";
         warning("no_way", "/no_go", detail.to_owned())
     });
     [craft, goal, closed].into_iter().flatten().collect()

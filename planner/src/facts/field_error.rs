@@ -137,9 +137,9 @@ impl FieldError {
         // An earlier answer has radians.
         if name.ends_with("_rad") && !is_turn && !error.pointer.contains("/previous_plan/") {
             let degrees = DIRECTIONS.iter().find(|[_, radians]| name == *radians);
-            error.detail += " rad: may be degrees";
+            error.detail += " rad, not degrees";
             if let Some([degrees, _]) = degrees {
-                error.detail.extend([": `", degrees, "`"]);
+                error.detail.extend([" (`", degrees, "` takes degrees)"]);
             }
         }
         error

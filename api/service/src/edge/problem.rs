@@ -249,9 +249,13 @@ fn changed(revision: u64, since: &[Order]) -> String {
 
 fn no_plan_yet(waits_for: &[String], f: &mut fmt::Formatter<'_>) -> fmt::Result {
     if waits_for.is_empty() {
-        return f.write_str("the mission has no plan yet: run it, and ask with ?wait_s= for the next plan");
+        return f.write_str("POST /run if the mission is not running; ?wait_s=5 waits for its plan");
     }
-    write!(f, "recent reports are missing of {}: POST reports", waits_for.join(", "))
+    let missing = waits_for.join(", ");
+    write!(
+        f,
+        "recent reports of {missing} are missing: POST them, and POST /run if the mission is not running"
+    )
 }
 
 /// The first of the faults, and the number of the others.

@@ -26,7 +26,12 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for ValidQuery<T> 
         let pairs = serde_urlencoded::Deserializer::new(form_urlencoded::parse(query));
         let read = serde_path_to_error::deserialize(pairs).map_err(|error| {
             let name = error.path().to_string();
-            wrong_parameter(&name, "query", error.into_inner().to_string())
+            let detail = match error.into_inner().to_string() {
+                text if text.contains("float literal") => "must be a number".to_owned(),
+                text if text.contains("invalid digit") => "must be a whole number, 0 or more".to_owned(),
+                text => text,
+            };
+            wrong_parameter(&name, "query", detail)
         });
         read.map(Self)
     }

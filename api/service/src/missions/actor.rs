@@ -285,7 +285,7 @@ async fn answer(
         (Command::Finish, Status::Finished) | (Command::Pause, Status::Created | Status::Paused) => {
             context.unchanged(key).await
         }
-        _ if status.is_over() => Err(Problem::conflict("the mission is over")),
+        _ if status.is_over() => Err(Problem::conflict("the mission is over: create a new one")),
         (command, _) => actor.execute(command, key).await,
     }
 }

@@ -47,7 +47,7 @@ pub(crate) fn new_mission(new: &NewMission) -> Result<(), Vec<FieldError>> {
         (Some(live), None) => errors.extend(check_live(live)),
         (None, Some(simulated)) => errors.extend(check_simulated(simulated)),
         _ => {
-            let detail = "give either simulated or live, not both";
+            let detail = "give `live` or `simulated`, one of them";
             errors.push(FieldError::new("", "one_of", detail));
         }
     }
