@@ -118,7 +118,7 @@ function steeringOf({ status, kind, plan, scene, steering }, { age_s = plan?.age
     return steering.why && !followed.alarm ? { ...followed, why: steering.why, tone: "warn", ...old } : unlessLost({ ...followed, ...old });
   }
   if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
-  const unsaid = steering ? "no word of whoever steers" : "nobody says whether the craft is steered";
+  const unsaid = steering ? "no report from the bridge" : "nobody says whether the craft is steered";
   return { words: "steering not known", why: because(unsaid), tone: steering || isOld ? "bad" : "warn", alarm: Boolean(steering) || isOld, ...old };
 }
 
