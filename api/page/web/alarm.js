@@ -34,7 +34,7 @@ export const AWAY = {
   not_steering: { words: "not steering", why: "", tone: "bad", alarm: true },
   does_not_follow: { words: CRAFT_ALARMS.craft_does_not_follow, why: "", tone: "bad", alarm: true },
   person: { words: "a person has the craft", why: "", tone: "warn", alarm: false },
-  returning: { words: "returning", why: "serves again when it was well for long enough", tone: "warn", alarm: false },
+  returning: { words: "returning", why: "serves again once it has been well for long enough", tone: "warn", alarm: false },
 };
 
 /** Greatest age of a plan that counts, s. @param {number} [period_s] */
