@@ -2,6 +2,7 @@
 
 Needs pymavlink. The bridge listens: pilotfish bridge mavlink --connect udp:127.0.0.1:14560 --auv 2=auv-1 --name rehearsal
 With --modem the boat has an EvoLogics USBL, too, which hears two AUVs: --modem tcp:127.0.0.1:9200=examples/usbl.json
+`kill -USR1` moves the mode switch (GUIDED, HOLD, GUIDED, …); `kill -USR2` silences the AUVs, or lets them be heard again.
 Places and velocities (north, east), m and m/s, are complex numbers; headings are clockwise from north, rad.
 """
 
@@ -10,6 +11,7 @@ import cmath
 import math
 import os
 import random
+import signal
 import socket
 import time
 
@@ -53,6 +55,8 @@ parser.add_argument("--port", type=int, default=14560, help="UDP port of the bri
 parser.add_argument("--modem", type=int, help="TCP port on which a USBL modem says where two AUVs are, every five seconds in turn")
 parser.add_argument("--lag", type=float, default=STEP, help="time constant of speed and heading, s")
 parser.add_argument("--duration", type=float, default=math.inf, help="s")
+parser.add_argument("--start", type=complex, default=-20 - 20j, help="where the boat begins, north+eastj, m (default: -20-20j)")
+parser.add_argument("--dived-at", type=float, help="Unix time at which the AUVs began; give two boats the same (default: now)")
 arguments = parser.parse_args()
 usbl = socket.create_server(("", arguments.modem)) if arguments.modem else None
 listeners: list[socket.socket] = []
@@ -62,8 +66,10 @@ wire = socket.socket(type=socket.SOCK_DGRAM)
 wire.setblocking(False)
 boat, submarine = (mav.MAVLink(None, srcSystem=system, srcComponent=1) for system in (1, 2))
 reader = mav.MAVLink(None)
-place, heading, speed = -20 - 20j, 0.0, 0.0
+place, heading, speed = arguments.start, 0.0, 0.0
 asked, asked_at, began, tick = (0.0, 0.0), -math.inf, time.monotonic(), 0
+ahead = 0.0 if arguments.dived_at is None else time.time() - arguments.dived_at  # of the AUVs' time, s
+mode, heard = GUIDED, True
 
 
 def send(sender: mav.MAVLink, message: mav.MAVLink_message) -> None:
@@ -88,6 +94,20 @@ def usbllong(address: int, from_modem: complex, down: float) -> bytes:
     return f"USBLLONG,{now:.6f},{now:.6f},{address},{where},{where},0,0,0,{propagation_us:.0f},-36,77,1.4\r\n".encode()
 
 
+def moved(*_: object) -> None:
+    """A person moves the mode switch."""
+    global mode
+    mode = HOLD if mode == GUIDED else GUIDED
+    print("HOLD" if mode == HOLD else "GUIDED", flush=True)
+
+
+def silenced(*_: object) -> None:
+    """The AUVs go silent, or are heard again."""
+    global heard
+    heard = not heard
+    print("the AUVs are heard" if heard else "the AUVs are silent", flush=True)
+
+
 def say(line: bytes) -> None:
     """Prints a line of the modem to everyone who is connected."""
     try:
@@ -101,8 +121,10 @@ def say(line: bytes) -> None:
             listeners.remove(one)
 
 
+signal.signal(signal.SIGUSR1, moved)
+signal.signal(signal.SIGUSR2, silenced)
 while (t := tick * STEP) < arguments.duration:
-    follows = t - asked_at < REFERENCE_MAX
+    follows = mode == GUIDED and t - asked_at < REFERENCE_MAX
     share = min(1.0, STEP / arguments.lag)
     speed += clamp(share * ((asked[0] if follows else 0.0) - speed), ACCELERATION * STEP)
     heading = wrapped(heading + clamp(share * wrapped(asked[1] - heading) if follows else 0.0, TURN_MAX * STEP))
@@ -116,19 +138,21 @@ while (t := tick * STEP) < arguments.duration:
         send(
             boat,
             mav.MAVLink_heartbeat_message(
-                mav.MAV_TYPE_SURFACE_BOAT, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0x81, GUIDED, 4, 3
+                mav.MAV_TYPE_SURFACE_BOAT, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0x81, mode, 4, 3
             ),
         )
         send(boat, mav.MAVLink_system_time_message(round(1e6 * time.time()), ms))
         send(boat, mav.MAVLink_ekf_status_report_message(0x7B, 0, 0, 0, 0, 0))
     if tick % 50 == 0:
         rest = (-10, [0] * 3, [0] * 3, [1, 0, 0, 0], [0] * 3, [1.5] * 3, 0)
-        send(submarine, mav.MAVLink_follow_target_message(ms, 1, *degrees(auv(t)), *rest))
-        if usbl:
+        dive = t + ahead
+        if heard:
+            send(submarine, mav.MAVLink_follow_target_message(ms, 1, *degrees(auv(dive)), *rest))
+        if usbl and heard:
             which = tick // 50 % 2
-            say(usbllong(which + 2, under_water(t, which) - place, 8.0 + 4 * which))
+            say(usbllong(which + 2, under_water(dive, which) - place, 8.0 + 4 * which))
         print(
-            f"{t:5.0f} s: {speed:.2f} m/s, heading {math.degrees(heading) % 360:3.0f}°, {abs(place - auv(t)):5.1f} m from the AUV",
+            f"{t:5.0f} s: {speed:.2f} m/s, heading {math.degrees(heading) % 360:3.0f}°, {abs(place - auv(dive)):5.1f} m from the AUV",
             flush=True,
         )
     try:
@@ -143,6 +167,8 @@ while (t := tick * STEP) < arguments.duration:
                     )
                 elif message.get_type() == "SET_POSITION_TARGET_LOCAL_NED":
                     asked, asked_at = (math.hypot(message.vx, message.vy), message.yaw), t
+                elif message.get_type() == "STATUSTEXT":
+                    print(f"the ground station reads: {message.text}", flush=True)
     except (BlockingIOError, ConnectionRefusedError):
         pass  # no more messages, or no bridge yet
     tick += 1

@@ -18,12 +18,12 @@ test("a mission that is steered says so, and one whose reports cease looks bad e
   await expect(heard).toHaveText(/auv-2 heard[01]\.\d\u00a0s ago/);
   // Reports cease after 12 s, and the service extrapolates the craft for ten more.
   await watched.pass(25);
-  await expect(state).toHaveText(/^steering not known \d+\u00a0s: no word of whoever steers; waits for reports of the surface craft$/);
+  await expect(state).toHaveText(/^steering not known \d+\u00a0s: no report from the bridge; waits for reports of the surface craft$/);
   await expect(state).toHaveClass(/bad/);
   await expect(page.locator(".chip.good")).toHaveCount(0);
   await expect(page).toHaveTitle(/^⚠ steering not known \d+\u00a0s · recorded · Pilotfish$/);
   await expect(old.locator("div").first()).toHaveText(/last plan\d+\u00a0s ago/);
-  await expect(page.locator("p.unseen").first()).toHaveText(/^steering not known, for more than \d+\u00a0s, no word of whoever steers; waits for reports of the surface craft$/);
+  await expect(page.locator("p.unseen").first()).toHaveText(/^steering not known, for more than \d+\u00a0s, no report from the bridge; waits for reports of the surface craft$/);
   const then = await heard.textContent();
   await watched.pass(1);
   expect(await heard.textContent()).not.toBe(then);
@@ -53,7 +53,7 @@ test("what is shown of the steering is what who steers says, and three seconds a
     expect(await page.title()).toMatch(/not (steering|known)/.test(words) ? /^⚠ (not steering|steering not known) · recorded/ : /^recorded/);
   }
   const person = "a person has the craft: the autopilot left its guided mode", dead = "not steering: no heartbeat of the autopilot";
-  expect(seen).toEqual(["steering", person, dead, "steering", "steering not known: no word of whoever steers"]);
+  expect(seen).toEqual(["steering", person, dead, "steering", "steering not known: no report from the bridge"]);
   await watched.open("");
   const row = page.locator("tr", { has: page.getByRole("link", { name: "recorded" }) });
   await expect(row.locator(".chip.bad")).toHaveText("steering not known");
@@ -149,7 +149,7 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
   await expect(page.locator(".bell .said")).toBeEmpty();
   await watched.pass(1);
   expect(await rung()).toBe(2);
-  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "recorded: steering not known: no word of whoever steers; waits for reports of the surface craft"]);
+  expect(await page.evaluate(() => [window.notified, window.noticed])).toEqual([1, "recorded: steering not known: no report from the bridge; waits for reports of the surface craft"]);
   await watched.pass(8);
   expect(await rung()).toBe(2);
   await watched.pass(3);
@@ -157,7 +157,7 @@ test("the alarm sounds only if it is asked for, until it is acknowledged, and th
   await acknowledge.click();
   await watched.pass(12);
   expect(await rung()).toBe(4);
-  await expect(page.locator(".log")).toContainText("alarm: steering not known: no word of whoever steers; waits for reports of the surface craft");
+  await expect(page.locator(".log")).toContainText("alarm: steering not known: no report from the bridge; waits for reports of the surface craft");
   await watched.pass(12);
   await expect(page.locator(".log")).toContainText(/alarm over: steering not known, after \d+\u00a0s/);
   await page.reload();

@@ -325,7 +325,7 @@ test("a no-go area is drawn by taps beside those that the mission has, a corner 
   const map = page.locator(".map-place canvas"), said = page.locator(".orders > .said"), areas = page.locator(".order.no-go"), readout = page.locator(".map-readout");
   await expect(map).toHaveAttribute("aria-label", /auv-2 at/);
   await areas.locator("summary").click();
-  await expect(areas).toContainText("The mission has 1 no-go areas");
+  await expect(areas).toContainText("The mission has 1 no-go area");
   await areas.getByRole("button", { name: "Draw" }).click();
   const tapped = [];
   for (const [x, y] of [[300, 160], [300, 80], [380, 80], [380, 160], [340, 40]]) {

@@ -259,7 +259,7 @@ impl Bridge {
                 && let Some(origin) = self.origin().await
             {
                 let Origin { lat_deg, lon_deg } = origin;
-                tracing::info!("a new mission has its origin at {lat_deg:.6}°, {lon_deg:.6}°");
+                tracing::info!("if the mission is new, its origin is {lat_deg:.6}°, {lon_deg:.6}°");
                 live["origin"] = json!(origin);
             }
             let limits = |own: &Value| declared::<DeclaredLimits>(own, "limits").unwrap_or_default();

@@ -278,7 +278,7 @@ impl MissionClient {
 
     async fn ask<T: DeserializeOwned>(&self, call: Call) -> Result<T, ServiceError> {
         let answer = self.transport.answer(call, self.answer_timeout).await;
-        read(&answer.map_err(ServiceError::Unavailable)?)
+        read(&answer.map_err(|error| ServiceError::Unavailable(with_remedy(error)))?)
     }
 }
 
@@ -314,6 +314,14 @@ fn used(mut answer: Value) -> Value {
         plan.extend(["targets", "violations"].map(|member| (member.to_owned(), json!([]))));
     }
     answer
+}
+
+/// The transport's error, with what the operator can do.
+fn with_remedy(error: String) -> String {
+    if error.contains("UnknownIssuer") {
+        return format!("{error}: name the service's certificate, or its authority's, with --certificate");
+    }
+    error
 }
 
 fn unavailable(error: impl Error) -> ServiceError {

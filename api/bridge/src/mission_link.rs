@@ -232,7 +232,7 @@ impl Shared {
                 // mission.
                 Err(ServiceError::Rejected { code, detail }) if code == "mission_forbidden" => {
                     let why = format!(
-                        "the fleet's mission is not there yet, and this token may not create or run it: {detail}"
+                        "this token may not create or run the mission (give the --name that it permits; a fleet's mission is created with another token): {detail}"
                     );
                     self.status.lock().fails(self.clock.now_s(), &ServiceError::Unavailable(why));
                 }

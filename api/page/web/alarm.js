@@ -34,7 +34,7 @@ export const AWAY = {
   not_steering: { words: "not steering", why: "", tone: "bad", alarm: true },
   does_not_follow: { words: CRAFT_ALARMS.craft_does_not_follow, why: "", tone: "bad", alarm: true },
   person: { words: "a person has the craft", why: "", tone: "warn", alarm: false },
-  returning: { words: "returning", why: "serves again when it was well for long enough", tone: "warn", alarm: false },
+  returning: { words: "returning", why: "serves again once it has been well for long enough", tone: "warn", alarm: false },
 };
 
 /** Greatest age of a plan that counts, s. @param {number} [period_s] */
@@ -118,7 +118,7 @@ function steeringOf({ status, kind, plan, scene, steering }, { age_s = plan?.age
     return steering.why && !followed.alarm ? { ...followed, why: steering.why, tone: "warn", ...old } : unlessLost({ ...followed, ...old });
   }
   if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
-  const unsaid = steering ? "no word of whoever steers" : "nobody says whether the craft is steered";
+  const unsaid = steering ? "no report from the bridge" : "nobody says whether the craft is steered";
   return { words: "steering not known", why: because(unsaid), tone: steering || isOld ? "bad" : "warn", alarm: Boolean(steering) || isOld, ...old };
 }
 

@@ -30,7 +30,7 @@ door.ask = (refused) => {
     },
   }, el("h2", { id: "token-title" }, "This service requires a token"),
   refused && el("p", { class: "notice", role: "alert" }, "The service does not know this token."),
-  el("p", {}, "Create one with ", el("code", {}, "pilotfish token add NAME --role read-only"), "."),
+  el("p", {}, "Create one with ", el("code", {}, "pilotfish token add NAME --role read-only"), "; for orders, with ", el("code", {}, "--role operator"), "."),
   el("label", { htmlFor: "token" }, "Token"), input, el("button", { type: "submit", class: "primary" }, "Use it in this tab")));
   document.body.append(dialog);
   dialog.addEventListener("cancel", (event) => event.preventDefault());

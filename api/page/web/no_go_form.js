@@ -75,7 +75,7 @@ export class FileOrders {
       this.begun = undefined;
       this.draw(false);
     }
-    fill(this.about, this.isStale ? STALE : file ? `${file}: ${areas.length} areas with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go areas`);
+    fill(this.about, this.isStale ? STALE : file ? `${file}: ${areas.length} area${areas.length === 1 ? "" : "s"} with ${corners} corners, not sent yet` : `The mission has ${this.own.length || "no"} no-go area${this.own.length === 1 ? "" : "s"}`);
     this.send.disabled = this.disabled || this.isStale || !areas.length;
     this.redraw();
   }

@@ -243,7 +243,7 @@ fn warnings(snapshot: &Snapshot, plan: &Plan) -> Vec<Warning> {
         let (id, age) = (&auv.id, estimate.state.age_s);
         if REPORT_AGE_STALE < age {
             let member = if auv.state.is_some() { "state/age_s" } else { "reports" };
-            let detail = format!("{id} was last heard of {age:.0} s ago; its forecast starts there");
+            let detail = format!("{id} was last heard {age:.0} s ago; its forecast starts there");
             warnings.push(warning("stale_report", &format!("/auvs/{i}/{member}"), detail));
         }
     }

@@ -167,7 +167,9 @@ impl<'a> Facts<'a> {
         }));
         let vessels = self.telemetry.vessels_near(now);
         parts.extend(vessels.first().map(|(distance, nearest)| {
-            format!("{} vessels heard, {} {distance:.0} m away", vessels.len(), nearest.called())
+            let count =
+                if vessels.len() == 1 { "1 vessel".to_owned() } else { format!("{} vessels", vessels.len()) };
+            format!("{count} heard, {} {distance:.0} m away", nearest.called())
         }));
         let rejected = link.rejected.iter();
         parts.extend(rejected.map(|(count, why)| format!("{count} reports rejected ({why})")));

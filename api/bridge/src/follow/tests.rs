@@ -90,7 +90,7 @@ const ACTIVE: Option<Sending> = Some(Sending::Active);
 #[tokio::test(start_paused = true)]
 async fn the_line_begins_with_the_state_of_the_steering_and_its_reason() {
     let stopped = |silence| Some(Sending::Stopped(silence));
-    let stale = "auv-1 was last heard of 40 s ago; its forecast starts there";
+    let stale = "auv-1 was last heard 40 s ago; its forecast starts there";
     for (sending, reason, warned, begins_with) in [
         (ACTIVE, None, None, "steering, mode unknown, mpc ok, 0.0 m from"),
         (stopped(Silence::NoHeartbeat), None, None, "NOT STEERING: no heartbeat of the autopilot, "),
@@ -100,7 +100,7 @@ async fn the_line_begins_with_the_state_of_the_steering_and_its_reason() {
             ACTIVE,
             None,
             Some(("stale_report", stale)),
-            "steering: auv-1 was last heard of 40 s ago, mode unknown, ",
+            "steering: auv-1 was last heard 40 s ago, mode unknown, ",
         ),
         (ACTIVE, Some("deadline"), None, "DEGRADED: deadline, "),
         (None, None, None, "not steering: waiting for the craft, "),
