@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import Range
 from std_msgs.msg import Header
@@ -38,7 +38,7 @@ def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motio
     """The motion in a message that arrived at `received_s`, and whether its stamp was plausible. Otherwise the arrival
     is the time of the motion."""
     if odometry.header.frame_id.lstrip("/") != map_frame:
-        raise Rejected(f"frame_id is not {map_frame}")
+        raise Rejected(f"frame_id is {odometry.header.frame_id or 'empty'}, not {map_frame}")
     # MAVROS names PX4's own axes so.
     if odometry.child_frame_id.endswith("_frd"):
         raise Rejected("child_frame_id is not forward-left-up")
@@ -69,6 +69,21 @@ def motion(odometry: Odometry, map_frame: str, received_s: float) -> tuple[Motio
         ),
         is_plausible,
     )
+
+
+def in_map(odometry: Odometry, transform: TransformStamped) -> Odometry:
+    """The odometry with its pose in the frame that `transform` leads to. The twist is the body's, and stays."""
+    to_map, pose = transform.transform, odometry.pose.pose
+    rotation = _rotation(to_map.rotation)
+    moved = Odometry(child_frame_id=odometry.child_frame_id, twist=odometry.twist)
+    moved.header.stamp, moved.header.frame_id = odometry.header.stamp, transform.header.frame_id
+    origin, at = to_map.translation, moved.pose.pose.position
+    position = rotation @ [pose.position.x, pose.position.y, pose.position.z]
+    at.x, at.y, at.z = (position + np.array([origin.x, origin.y, origin.z])).tolist()
+    moved.pose.pose.orientation = _product(to_map.rotation, pose.orientation)
+    both = np.kron(np.eye(2), rotation)
+    moved.pose.covariance = (both @ np.array(odometry.pose.covariance).reshape(6, 6) @ both.T).ravel()
+    return moved
 
 
 def slant_range(message: Range, received_s: float) -> tuple[float, float, bool]:
@@ -138,6 +153,16 @@ def _rotation(q) -> np.ndarray:
     v = np.array([q.x, q.y, q.z])
     cross = np.array([[0.0, -q.z, q.y], [q.z, 0.0, -q.x], [-q.y, q.x, 0.0]])
     return ((q.w**2 - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * q.w * cross) / norm2
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """The rotation `b`, then `a`."""
+    return Quaternion(
+        w=a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+        x=a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+        y=a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+        z=a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w,
+    )
 
 
 def _sigma(p: np.ndarray) -> float | None:

@@ -43,7 +43,7 @@ class MissionLink:
         log: Callable[[str], None],
     ) -> None:
         self.plan: Plan | None = None
-        self.status = "created"
+        self.status = "not found yet"
         self.has_planned = False
         self.trouble = ""
         """Why the service did not answer the last request."""
@@ -97,10 +97,13 @@ class MissionLink:
         while self._orders:
             words, call = self._orders.popleft()
             try:
-                call(mission)
+                status = call(mission)["status"]
             except PilotfishError as error:
                 self._log(f"{words}: not done: {error}")
             else:
+                # A pause ends the references at once, not after the request for a plan that is under way.
+                if status != "running":
+                    self.status = status
                 self._log(f"{words}: done")
 
     def _run(self) -> None:

@@ -6,12 +6,14 @@ import json
 import math
 import time
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path as File
 from typing import Any
 
 import rclpy
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry, Path
 from pilotfish import Client
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -26,6 +28,7 @@ from . import conversion
 from .console import Console
 from .doubts import Alarm, Doubts
 from .following import Arrivals, CurrentObserver, Motion, steering, why_silent
+from .frames import Frames
 from .mission import MissionLink
 
 # Best effort matches every publisher; 0.3 s of a filter that publishes at 100 Hz.
@@ -47,8 +50,9 @@ TIMEOUT_S, PATIENCE_S = 4.0, 4.0
 PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
     ("craft", "", None, "name of the craft in topics"),
     ("auvs", Parameter.Type.STRING_ARRAY, None, "names of the AUVs in topics and in the mission"),
-    ("map_frame", "map", None, "frame_id that odometry must have (east, north, up)"),
+    ("map_frame", "map", None, "frame of the mission (east, north, up); TF leads to it from the others"),
     ("base_frame", "base_link", None, "frame_id of the published twist (forward, left, up)"),
+    ("enable_stamped_cmd_vel", True, None, "publish TwistStamped; false: Twist"),
     ("origin.lat_deg", Parameter.Type.DOUBLE, (-90.0, 90.0), "latitude of the origin of map_frame, WGS 84"),
     ("origin.lon_deg", Parameter.Type.DOUBLE, (-180.0, 180.0), "longitude of the origin of map_frame, WGS 84"),
     ("heading_loop.time_constant_s", 1.0, (0.05, 60.0), "T of r = (psi_ref - psi)/T"),
@@ -102,25 +106,33 @@ class PilotfishNode(Node):
         self._link = MissionLink(
             client, p["name"], mission_body(p), p["mission"], p["report_interval_s"], self.get_logger().info
         )
-        craft = p["craft"]
-        self._twist = self.create_publisher(TwistStamped, f"{craft}/cmd_vel", REFERENCE_QOS)
+        craft = topic_name(p["craft"])
+        twist = TwistStamped if p["enable_stamped_cmd_vel"] else Twist
+        self._twist = self.create_publisher(twist, f"{craft}/cmd_vel", REFERENCE_QOS)
         self._path = self.create_publisher(Path, f"{craft}/plan", PLAN_QOS)
-        self.create_subscription(Odometry, f"{craft}/odom", self._take_craft, ODOMETRY_QOS)
-        for auv in p["auvs"]:
-            self.create_subscription(
-                Odometry, f"{auv}/odom", lambda message, auv=auv: self._take_auv(auv, message), ODOMETRY_QOS
-            )
-            self.create_subscription(
-                Range, f"{auv}/range", lambda message, auv=auv: self._take_range(auv, message), ODOMETRY_QOS
-            )
-        self.create_subscription(Odometry, "traffic", self._take_vessel, ODOMETRY_QOS)
-        self._console = Console(self, self._link, craft)
+        self._frames = Frames(self, p["map_frame"])
+        self._craft_topic = self._hear(Odometry, f"{craft}/odom", self._take_craft)
+        self._auv_topics = {auv: self._hear_auv(auv) for auv in p["auvs"]}
+        self._hear(Odometry, "traffic", self._take_vessel)
+        self._console = Console(self, self._link, p["craft"])
         # They go on when simulated time stands.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / p["rate_hz"], self._tick, clock=steady)
         self.create_timer(STATUS_INTERVAL_S, self._log_status, clock=steady)
         self.add_on_set_parameters_callback(self._change)
         self._link.start()
+
+    def _hear(self, kind: type, topic: str, take: Callable[[Any], None]) -> str:
+        """Subscribes, and returns the topic's full name."""
+        return self.create_subscription(kind, topic, take, ODOMETRY_QOS).topic_name
+
+    def _hear_auv(self, auv: str) -> list[str]:
+        name = topic_name(auv)
+        return [
+            self._hear(Odometry, f"{name}/odom", lambda message: self._take_auv(auv, message)),
+            self._hear(PoseWithCovarianceStamped, f"{name}/pose", lambda message: self._take_pose(auv, message)),
+            self._hear(Range, f"{name}/range", lambda message: self._take_range(auv, message)),
+        ]
 
     def _change(self, parameters: list[Parameter]) -> SetParametersResult:
         """Takes new values; those that are read-only or out of range do not come here."""
@@ -168,6 +180,7 @@ class PilotfishNode(Node):
     def _motion(self, odometry: Odometry) -> Motion | None:
         received_s = self._ros_s()
         try:
+            odometry = self._frames.in_map(odometry)
             motion, is_plausible = conversion.motion(odometry, self._settings["map_frame"], received_s)
         except conversion.Rejected as rejected:
             self._rejected[str(rejected)] += 1
@@ -206,6 +219,10 @@ class PilotfishNode(Node):
         known = {"depth_m": motion.depth_m, "sigma_m": self._settings["sigma_m"]}
         self._link.report_auv(auv, known | _place(motion))
 
+    def _take_pose(self, auv: str, message: PoseWithCovarianceStamped) -> None:
+        """A position without a velocity, as an acoustic positioning system publishes it."""
+        self._take_auv(auv, Odometry(header=message.header, pose=message.pose))
+
     def _take_vessel(self, odometry: Odometry) -> None:
         """Another vessel: `child_frame_id` says which."""
         vessel = odometry.child_frame_id.strip("/").removesuffix("/base_link")
@@ -243,6 +260,8 @@ class PilotfishNode(Node):
         if silence is None and age_s > HEADING_AGE_MAX_S:
             silence = "the heading of the craft is too old"
         silence = silence or self._doubts.distrusted()
+        if silence is not None and not self._link.has_planned:
+            silence = ": ".join([silence, *self._lacks()])
         self._is_steering = silence is None and not self._settings["dry_run"]
         if silence != self._said:
             self._said = silence
@@ -257,8 +276,22 @@ class PilotfishNode(Node):
             heading = self._craft[0].heading_rad
             base_frame = self._settings["base_frame"]
             loop = (self._settings["heading_loop.time_constant_s"], self._settings["heading_loop.rate_max_radps"])
-            self._twist.publish(conversion.twist_message(reference, heading, loop, base_frame, self._ros_s()))
+            message = conversion.twist_message(reference, heading, loop, base_frame, self._ros_s())
+            self._twist.publish(message if self._settings["enable_stamped_cmd_vel"] else message.twist)
             self._doubts.sent(reference.speed_mps, 1.0 / self._settings["rate_hz"])
+
+    def _lacks(self) -> list[str]:
+        """What the first plan waits for: the service, or the topics of the first vehicle that nothing was heard of."""
+        if self._craft is None:
+            return [f"nothing usable on {self._craft_topic}"]
+        if self._link.trouble:
+            return [f"the service at {self._settings['url']} does not answer"]
+        unheard = (topics for auv, topics in self._auv_topics.items() if auv not in self._fixes)
+        return [f"nothing usable on {', '.join(topics)}" for topics in islice(unheard, 1)]
+
+    def _is_unread(self) -> bool:
+        """Whether nothing subscribes to the references, nor to the path, which a craft may steer by instead."""
+        return self._twist.get_subscription_count() == 0 and self._path.get_subscription_count() == 0
 
     def _report_craft(self, now_s: float) -> None:
         """Posts the newest state, once, if it has a velocity and is trustworthy."""
@@ -286,7 +319,10 @@ class PilotfishNode(Node):
 
     def _report_steering(self, now_s: float, silence: str | None) -> None:
         """Says once a second, and as soon as it has changed, whether the craft is steered."""
-        word = ("waiting", "a dry run") if self._settings["dry_run"] else self._steering(now_s, silence)
+        if self._settings["dry_run"]:
+            word = ("waiting", f"a dry run; {silence}" if silence else "a dry run")
+        else:
+            word = self._steering(now_s, silence)
         before, said_s = self._word
         if word != before or now_s - said_s >= WORD_INTERVAL_S:
             self._word = (word, now_s)
@@ -294,6 +330,7 @@ class PilotfishNode(Node):
             rows = [("mission", self._link.status), ("plan", self._link.plan.status if self._link.plan else "none")]
             rows += [("service", self._link.trouble)] if self._link.trouble else []
             rows += [(f"rejected: {reason}", str(count)) for reason, count in self._rejected.items()]
+            rows.append(("subscribers of cmd_vel", str(self._twist.get_subscription_count())))
             self._console.show(self._ros_s(), word, rows)
         if word != before:
             self._log_status()
@@ -301,7 +338,11 @@ class PilotfishNode(Node):
     def _steering(self, now_s: float, silence: str | None) -> tuple[str, str]:
         """The state of the steering, decided here alone."""
         is_meant = self._link.status != "running" or not self._link.has_planned
-        faults = [alarm.value for alarm in Alarm if alarm in self._alarms]
+        faults = []
+        if self._is_unread():
+            kind = self._twist.msg_type.__name__
+            faults.append(f"nothing subscribes to {self._twist.topic_name} (geometry_msgs/{kind})")
+        faults += [alarm.value for alarm in Alarm if alarm in self._alarms]
         faults += self._link.plan.faults if self._link.plan else ()
         missing = [f"no new fix of {auv}" for auv, fixes in self._fixes.items() if fixes.is_overdue(now_s)]
         if (off := self._simulated_rate(now_s)) is not None:
@@ -327,6 +368,11 @@ class PilotfishNode(Node):
         """Writes to the node's log and to the mission's."""
         self.get_logger().info(text)
         self._link.note(time.time(), text[:500])
+
+
+def topic_name(vehicle: str) -> str:
+    """A vehicle's name in topics, which cannot hold a hyphen."""
+    return vehicle.replace("-", "_")
 
 
 def mission_body(p: dict[str, Any]) -> dict[str, Any]:

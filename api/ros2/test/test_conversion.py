@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
-from pilotfish_ros2.conversion import Rejected, motion, slant_range, twist_message
+from pilotfish_ros2.conversion import Rejected, in_map, motion, slant_range, twist_message
 from pilotfish_ros2.following import Reference
 from sensor_msgs.msg import Range
 
@@ -32,7 +33,8 @@ def covariance(**entries):
 @pytest.mark.parametrize(
     ("path", "value", "reason"),
     [
-        ("header.frame_id", "odom", "frame_id is not map"),
+        ("header.frame_id", "odom", "frame_id is odom, not map"),
+        ("header.frame_id", "", "frame_id is empty, not map"),
         ("child_frame_id", "base_link_frd", "child_frame_id is not forward-left-up"),
         ("pose.pose.position.x", math.nan, "position is not within 100 km of the origin"),
         ("pose.pose.position.y", 1.1e5, "position is not within 100 km of the origin"),
@@ -121,3 +123,26 @@ def test_a_range_that_was_not_measured_is_rejected_by_name(range_m, most_m, reas
     else:
         with pytest.raises(Rejected, match=f"^{reason}$"):
             slant_range(message, NOW_S)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.4, 2.0, -2.8])
+def test_odometry_in_another_frame_is_turned_and_moved_to_the_map_by_its_transform(turned):
+    message = odometry()
+    message.header.frame_id = "odom"
+    message.pose.covariance = covariance(p00=9.0)
+    transform = TransformStamped()
+    transform.header.frame_id, transform.child_frame_id = "map", "odom"
+    shift, rotation = transform.transform.translation, transform.transform.rotation
+    shift.x, shift.y, shift.z = 100.0, -50.0, 2.0
+    # Both signs are the same rotation.
+    rotation.z, rotation.w = -math.sin(turned / 2), -math.cos(turned / 2)
+    moved, is_plausible = motion(in_map(message, transform), "map", NOW_S)
+    c, s = math.cos(turned), math.sin(turned)
+    assert is_plausible and moved.t_s == NOW_S
+    assert moved.east_m == pytest.approx(100.0 + 3.0 * c - 4.0 * s, abs=1e-12)
+    assert moved.north_m == pytest.approx(-50.0 + 3.0 * s + 4.0 * c, abs=1e-12)
+    assert moved.depth_m == pytest.approx(3.0, abs=1e-12)
+    assert math.remainder(moved.heading_rad - (math.pi / 2 - turned), math.tau) == pytest.approx(0.0, abs=1e-12)
+    assert moved.ground_velocity == pytest.approx([s, c], abs=1e-12)
+    # The ellipse turns with the frame: its axes stay.
+    assert moved.sigma_m == pytest.approx(3.0, abs=1e-12)

@@ -19,7 +19,7 @@ import pytest
 import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, TwistStamped
 from nav_msgs.msg import Odometry, Path
 from pilotfish import Client
 from rcl_interfaces.srv import SetParameters
@@ -122,8 +122,8 @@ class Sea:
             "ferry": self.ros.create_publisher(Odometry, "/fleet/traffic", best_effort),
         }
         self.ranges = self.ros.create_publisher(Range, "/fleet/red/range", best_effort)
-        self.ros.create_subscription(TwistStamped, "/fleet/medusa/cmd_vel", self.steer, 10)
-        self.ros.create_subscription(Path, "/fleet/medusa/plan", self.paths.append, 10)
+        self.poses = self.ros.create_publisher(PoseWithCovarianceStamped, "/fleet/red/pose", best_effort)
+        self.subscribe()
         self.ros.create_subscription(DiagnosticArray, "/diagnostics", lambda it: self.diagnostics.extend(it.status), 10)
         latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
         self.ros.create_subscription(String, "/fleet/pilotfish/state", lambda it: self.states.append(it.data), latched)
@@ -152,6 +152,16 @@ class Sea:
         command += ["-p", "use_sim_time:=true"] if rate else []
         self.start_node = lambda: subprocess.Popen(command)
         self.node = self.start_node()
+
+    def subscribe(self):
+        self.subscriptions = [
+            self.ros.create_subscription(TwistStamped, "/fleet/medusa/cmd_vel", self.steer, 10),
+            self.ros.create_subscription(Path, "/fleet/medusa/plan", self.paths.append, 10),
+        ]
+
+    def unsubscribe(self):
+        for subscription in self.subscriptions:
+            self.ros.destroy_subscription(subscription)
 
     def steer(self, twist):
         self.twists.append(twist)
@@ -278,7 +288,7 @@ def test_twists_are_in_the_frame_of_the_craft_and_within_its_turn_rate(sea):
 def test_a_path_is_the_planned_trajectory_in_the_map_and_late_subscribers_get_it(sea):
     late = []
     latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-    sea.ros.create_subscription(Path, "/fleet/medusa/plan", late.append, latched)
+    subscription = sea.ros.create_subscription(Path, "/fleet/medusa/plan", late.append, latched)
     sea.until(lambda: late, "no plan for subscribers that join later", 5.0)
     # Stamps do not tell plans apart: they are late by the way of the answer to the node, which passes some plans over.
     references, pair = [], []
@@ -295,6 +305,7 @@ def test_a_path_is_the_planned_trajectory_in_the_map_and_late_subscribers_get_it
         return False
 
     sea.until(is_found, "no path starts where a plan starts", 10.0)
+    sea.ros.destroy_subscription(subscription)
     for path in late:
         assert path.header.frame_id == "map"
     path, trajectory = pair
@@ -304,6 +315,30 @@ def test_a_path_is_the_planned_trajectory_in_the_map_and_late_subscribers_get_it
         near("east", pose.pose.position.x, stage["east_m"])
         yaw = 2 * math.atan2(pose.pose.orientation.z, pose.pose.orientation.w)
         near("yaw", math.remainder(math.pi / 2 - stage["heading_rad"] - yaw, math.tau), 0.0)
+
+
+def test_a_pose_of_an_auv_is_a_fix_without_a_velocity(sea):
+    odometry = sea.vehicles["red"].odometry(sea.now())
+    sea.poses.publish(PoseWithCovarianceStamped(header=odometry.header, pose=odometry.pose))
+
+    def fixes():
+        reports = [report for heard in sea.heard() for report in heard.get("auvs", {}).get("red", [])]
+        return [report for report in reports if "north_m" in report and "speed_mps" not in report]
+
+    sea.until(fixes, "the mission heard no fix without a velocity", 10.0)
+    [fix] = fixes()
+    sent = sea.vehicles["red"].sent_at(fix["t_s"])
+    for member in ("north_m", "east_m", "depth_m", "sigma_m"):
+        near(member, fix[member], sent[member])
+
+
+def test_references_and_paths_that_nothing_subscribes_to_are_said(sea):
+    sea.unsubscribe()
+    fault = "nothing subscribes to /fleet/medusa/cmd_vel (geometry_msgs/TwistStamped)"
+    sea.until(lambda: sea.states[-1].startswith(f"degraded: {fault}"), f"it is {sea.states[-1]}", 10.0)
+    sea.subscribe()
+    sea.until(lambda: fault not in sea.states[-1], f"it is still {sea.states[-1]}", 10.0)
+    sea.until(lambda: sea.published_within(0.5) > 0, "no references", 10.0)
 
 
 def test_names_cannot_be_set_while_the_node_runs_and_a_dry_run_can(sea):

@@ -531,7 +531,7 @@ async fn own_service(config: &Config, clock: &Clock) -> Result<String, &'static 
     let Ok(Ok(url)) = clock.timeout(START, url).await else {
         return Err("the bridge's own service did not start");
     };
-    tracing::info!(url, "the bridge's own service keeps the mission");
+    tracing::info!(url, "the bridge's own service keeps the mission; open it in a browser");
     Ok(url)
 }
 
