@@ -14,7 +14,7 @@ CRAFT = {f"asc-{i}": (complex(70 * i, 0), 0.0, 0.0) for i in range(3)}  # place 
 AUVS, RATE = [f"auv-{i}" for i in range(6)], 10
 END = time.time() + float(sys.argv[1] if len(sys.argv) > 1 else 60)
 
-with Client() as client:
+with Client(*sys.argv[2:]) as client:
     going = [mission for mission in client.missions() if mission["title"] == "fleet" and mission["status"] == "running"]
     craft = [{"id": name, "limits": {"speed_max_mps": 1.5}} for name in CRAFT]
     live = {"auvs": [{"id": auv} for auv in AUVS], "surface_craft": craft, "goal": {"kind": "visit", "auvs": AUVS}, "clock_rate": RATE}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from conftest import Service
+from conftest import Service, program
 from live import LIVE, heard
 
 from pilotfish import Client, Refused, Unreachable
@@ -167,6 +167,22 @@ def test_five_auvs_are_served_by_the_same_schedule_after_a_kill(own_service: Ser
     ages = [float(line.split("next: ")[1].split(" s ")[0]) for line in lines]
     assert ages == sorted(ages), lines
     assert ages[-1] > 15, lines
+
+
+@pytest.mark.soak
+def test_a_fleet_that_was_killed_half_way_goes_on_and_replays_equal(own_service: Service):
+    example = Path(__file__).parents[3] / "examples" / "fleet_mission.py"
+    assert len(example.read_text(encoding="utf-8").splitlines()) < 40
+    for _ in range(2):
+        subprocess.run([sys.executable, example, "6", own_service.url], check=True)
+        own_service.kill()
+        own_service.start()
+    with Client(own_service.url) as client:
+        [mission] = client.missions()
+    own_service.kill()
+    replay = [program(), "replay", mission["id"], "--data", own_service.data]
+    told = subprocess.run(replay, capture_output=True, text=True, check=False)
+    assert told.returncode == 0 and " 0 different" in told.stdout, told
 
 
 @pytest.mark.soak

@@ -109,9 +109,11 @@ impl RepeatedMission {
                     *tick = Some(Box::new(new));
                 }
                 let tick = tick.as_mut().expect("was made just now");
-                let craft = tick.plans.iter().find(|craft| craft.id == logged.craft);
+                let craft = tick.plans.iter_mut().find(|craft| craft.id == logged.craft);
                 let craft =
                     craft.ok_or_else(|| damaged(logged, "the events before it have no such craft"))?;
+                // The answer has the time that its plan took.
+                craft.made.solve_time = Duration::from_nanos(logged.solve_time_ns);
                 let written = tick.facts.written(craft, state.origin());
                 let digest = written.answer.digest();
                 let follows = written.answer.answer.craft_estimate.follows;
@@ -144,10 +146,9 @@ impl Tick {
         let facts = Facts::of(state, (logged.t_s, &logged.own_craft), &parameters, &never)
             .ok_or_else(|| damaged(logged, "the events before it have too few reports"))?
             .map_err(|_| damaged(logged, "the events before it make no valid snapshot"))?;
-        let solve_time = Duration::from_nanos(logged.solve_time_ns);
         let plans = facts.plans(|snapshot, _| {
             let plan = plan(&snapshot, &parameters, workspace);
-            planners::Planned { snapshot, plan, solve_time }
+            planners::Planned { snapshot, plan, solve_time: Duration::ZERO }
         });
         Ok(Self { facts, time: logged.t_s, plans })
     }
