@@ -70,17 +70,9 @@ impl Check {
         }
         self.place(field, report, now);
         let values = [report.north_m, report.east_m, report.range_m, Some(report.sigma_m)];
-        for ((name, range), value) in REPORT.iter().zip(values) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
-        }
+        self.given(field, &REPORT, values);
         let telemetry = [report.depth_m, report.course_rad, report.speed_mps, report.turn_rate_radps];
-        for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
-        }
+        self.given(field, &TELEMETRY, telemetry);
     }
 
     /// A report has a position, or a range and the place from which it was measured.
