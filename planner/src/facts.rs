@@ -3,6 +3,7 @@
 pub mod angle;
 pub(crate) mod asc;
 pub(crate) mod auv;
+pub(crate) mod bisection;
 pub(crate) mod bounds;
 pub(crate) mod evidence;
 pub(crate) mod field_error;

@@ -1,5 +1,4 @@
-//! Line-of-sight laws: analytic trackers for comparison with the program. The first is also the
-//! program's initial guess and a fallback level.
+//! Line-of-sight laws to compare with the program; the first is its initial guess and fallback.
 //!
 //! Each law is a pure function in its own file. [`TrackingLaw`] holds a law's memory between steps,
 //! so that the owner (a simulated mission, a rollout) owns the memory.

@@ -20,16 +20,14 @@ pub(crate) mod layout;
 pub(crate) mod motion;
 pub(crate) mod names;
 pub mod sparse;
-pub(crate) mod standard_form;
 pub(crate) mod subproblem;
 pub(crate) mod units;
 
 #[cfg(test)]
 mod tests;
 
-pub use build::Program;
+pub use build::{Cone, Program};
 pub use layout::{Layout, Slack};
-pub use standard_form::Cone;
 pub use subproblem::Subproblem;
 pub use units::{COST_UNIT, LENGTH_UNIT, SLACK_UNIT};
 

@@ -95,8 +95,7 @@ impl Tuned {
         visit: VisitNumbers::DEFAULT,
     };
 
-    /// Sets the number `name` of a `table`, such as `gate` of `estimate`; an error if there is no
-    /// such number, or `value` is not above 0.
+    /// Sets the number `name` of a `table`, such as `gate` of `estimate`, to a `value` above 0.
     fn set(&mut self, table: &str, name: &str, value: f64) -> Result<(), String> {
         let number = match table {
             "avoid" => self.avoid.by_name(name),

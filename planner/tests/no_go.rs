@@ -90,8 +90,7 @@ fn a_craft_inside_takes_the_nearest_way_out_and_the_violation_names_the_area() {
 
 #[test]
 fn a_craft_that_faces_a_wall_turns_slowly_beside_it() {
-    // 2 to 3 m from the western arm, less than a turn at full speed takes, with the way out on its
-    // side.
+    // 2 to 3 m from the western arm, less than a turn takes, with the way out on its side.
     for east in [-12.0, -12.5, -13.0] {
         for heading in [-0.8, -1.2, -1.6, -2.0] {
             let mut request = scene([-10.0, east], [20.0, 3.0]);

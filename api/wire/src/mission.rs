@@ -149,13 +149,8 @@ pub struct Assigned {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub away: BTreeMap<String, Away>,
     /// `true` if the deadline cut the search short: it cannot be repeated.
-    #[serde(default, skip_serializing_if = "is_no")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut_short: bool,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
-fn is_no(said: &bool) -> bool {
-    !said
 }
 
 /// Summary of a mission's last plan.

@@ -22,8 +22,7 @@ const TURNS: [f64; 8] = [0.26, 0.52, 0.79, 1.05, 1.57, 2.09, 2.62, PI];
 /// Times for which a manoeuvre is held, as shares of the time until the last vessel is past.
 const HOLDS: [f64; 5] = [0.35, 0.6, 0.85, 1.1, 1.4];
 
-/// Turns, rad, and times, s, by which the present manoeuvre is changed: vessels then pass on the
-/// sides that they had.
+/// Changes of the present manoeuvre, rad and s: vessels then pass on the sides that they had.
 const NEAR_TURNS: [f64; 7] = [0.0, 0.17, -0.17, 0.35, -0.35, 0.7, -0.7];
 const NEAR_HOLDS: [f64; 3] = [-40.0, 0.0, 40.0];
 
@@ -41,9 +40,7 @@ const WAY: f64 = 120.0;
 
 /// Chooses how the craft keeps clear of other vessels.
 pub(crate) struct Avoider<'a> {
-    /// The craft as it is planned.
     pub(crate) craft: CraftModel,
-    /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
@@ -55,8 +52,7 @@ pub(crate) struct Kept {
 }
 
 impl Avoider<'_> {
-    /// Chooses the way to `goal` that keeps clear of the vessels of `snapshot`; none if none could
-    /// come near.
+    /// The way to `goal` clear of the vessels of `snapshot`; none if none could come near.
     pub(crate) fn avoid(&self, snapshot: &Snapshot, goal: &GoalForecast) -> Option<Kept> {
         let mut scene = Scene::new(snapshot, goal, self.craft)?;
         let previous = snapshot.previous_plan.as_ref();
@@ -221,7 +217,6 @@ fn past(snapshot: &Snapshot, forecast: &VesselForecast, heading: f64) -> PastVes
     }
 }
 
-/// The encounters of a scene, from the earliest.
 fn encounters(snapshot: &Snapshot, scene: &Scene<'_>, outcome: &Outcome, acts: &[bool]) -> Vec<Encounter> {
     let velocity = Vector2::new(scene.speed_now, 0.0) + scene.current;
     let met = scene.others.iter().zip(&outcome.passings).zip(acts);

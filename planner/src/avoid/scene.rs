@@ -38,7 +38,6 @@ pub(crate) struct Scene<'a> {
     /// The goal now and after each step.
     pub(crate) goal: Vec<Motion>,
     pub(crate) craft: CraftModel,
-    /// Speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
     pub(crate) current: Vector2<f64>,
     /// Keep-outs: centre and radius, m.
@@ -50,8 +49,7 @@ pub(crate) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// The scene of `snapshot`, with the craft as it is planned; none without a vessel that could
-    /// come too near.
+    /// The scene of `snapshot` with the craft as it is planned; none without a vessel near.
     pub(crate) fn new(snapshot: &'a Snapshot, goal: &GoalForecast, craft: CraftModel) -> Option<Self> {
         let tuned = snapshot.tuned().avoid;
         let turned = ned_from_body(snapshot.asc.heading().radians()).transpose();
@@ -96,7 +94,6 @@ impl<'a> Scene<'a> {
         })
     }
 
-    /// Time between two steps, s.
     pub(crate) fn dt(&self) -> f64 {
         self.tuned.look_ahead / STEPS as f64
     }

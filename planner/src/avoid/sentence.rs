@@ -14,8 +14,7 @@ const TOLD: f64 = 0.1;
 /// Share of the craft's speed below which its speed is told.
 const SLOW: f64 = 0.9;
 
-/// Names the first vessel for which the craft acts, or else the first one, what the craft does, and
-/// where that leaves the vessel.
+/// Names the first vessel for which the craft acts, else the first one, and what that leads to.
 pub(crate) fn sentence(
     snapshot: &Snapshot,
     scene: &Scene<'_>,
@@ -78,7 +77,6 @@ pub(crate) fn sentence(
     format!("{does}{action}, passes {:.0} m {side}{more}", passing.distance)
 }
 
-/// Words for a place along and to starboard of a vessel.
 fn beside(place: &Vector2<f64>) -> &'static str {
     if place.y.abs() < place.x.abs() {
         if place.x < 0.0 { "astern" } else { "ahead" }

@@ -50,7 +50,6 @@ pub(crate) struct Passing {
 pub(crate) struct Outcome {
     /// Cost, m of distance from the goal.
     pub(crate) cost: f64,
-    /// The passing of each vessel of the scene.
     pub(crate) passings: SmallVec<[Passing; 16]>,
 }
 
@@ -96,7 +95,6 @@ impl Scene<'_> {
         (cost < least).then_some(Outcome { cost, passings })
     }
 
-    /// Moves the craft through step `k`.
     fn step(
         &self,
         trial: &Trial,
@@ -189,8 +187,7 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time`, along the vessel's course of the time `of` and to starboard of it, m; of
-    /// a vessel without a course, in the scene's axes.
+    /// `craft` at `time` beside the vessel's course of the time `of`, m; else in the scene's axes.
     fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
         match self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY) {

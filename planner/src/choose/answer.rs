@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::{
@@ -35,8 +36,7 @@ pub struct Plan {
     pub method: Method,
     /// Reason of a degraded answer; `None` if a program was solved, whichever level then answered.
     pub degraded: Option<Degraded>,
-    /// Present speed and heading for the inner loops: through water or over ground, heading or
-    /// course.
+    /// Present speed and heading for the inner loops, in the kinds of references that they hold.
     pub reference: Reference,
     /// The same as speed through the water and heading; return it in the next request.
     pub reference_through_water: Reference,
@@ -77,8 +77,7 @@ pub struct Plan {
     pub figure: Option<Figure>,
     /// What is done about other vessels, if any may come near; return it in the next request.
     pub avoidance: Option<Avoidance>,
-    /// The no-go area in which the goal is, by index; the plan follows it from the nearest place
-    /// outside.
+    /// The no-go area, by index, in which the goal is; the plan goes to the nearest place outside.
     pub goal_in_no_go: Option<usize>,
     /// `false` if no way leads past no-go areas to the goal.
     pub goal_is_reachable: bool,
@@ -145,6 +144,7 @@ impl From<LosLaw> for Method {
 }
 
 /// The goal at one time.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GoalPoint {
     /// Time, s on the request's clock.
@@ -154,10 +154,8 @@ pub struct GoalPoint {
     /// Position east of the datum, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Northward velocity over ground, m/s.
     pub north_mps: f64,
@@ -223,6 +221,7 @@ pub struct PlannedTarget {
 }
 
 /// An underwater vehicle at one time.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct TargetPoint {
     /// Time, s on the request's clock.
@@ -232,14 +231,13 @@ pub struct TargetPoint {
     /// Position east of the datum, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
 }
 
 /// Estimate of an underwater vehicle at its last report, from the request's `state` or `reports`.
+#[skip_serializing_none]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Estimate)]
 pub struct TargetEstimate {
@@ -250,10 +248,8 @@ pub struct TargetEstimate {
     /// Position east of the datum at that time, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Depth at that time, m, positive down.
     pub depth_m: f64,
@@ -265,10 +261,8 @@ pub struct TargetEstimate {
     pub turn_rate_radps: f64,
     /// Covariance of north, east, north velocity and east velocity at that time, row by row, in m²,
     /// m²/s and m²/s². Absent for a `state` without one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 4]; 4]>,
     /// Root-mean-square error of the position now, m. Absent without `covariance`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub position_sigma_m: Option<f64>,
     /// Two possible places, the likelier first, if the ranges do not tell which is right. The
     /// position above is then their mean.
@@ -278,15 +272,14 @@ pub struct TargetEstimate {
     pub rejected: Vec<usize>,
     /// Fit of its reports to its `path`, or of these or its past states to its track's pattern.
     /// Absent without either.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub route: Option<RouteFit>,
     /// Sawtooth in its reported depths. Absent unless it reversed three times at the same depths,
     /// and if it declares its `dive`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dive: Option<Dive>,
 }
 
 /// A place at which an underwater vehicle may be.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Place)]
 pub struct TargetPlace {
@@ -295,16 +288,15 @@ pub struct TargetPlace {
     /// Position east of the datum, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east, if the request has an `origin`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Its probability.
     pub probability: f64,
 }
 
 /// Fit of an underwater vehicle's reports to its path, which its own navigation may displace.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Route)]
 pub struct RouteFit {
@@ -321,10 +313,8 @@ pub struct RouteFit {
     /// `true` if it follows the path backwards.
     pub backwards: bool,
     /// Its next turn on the path.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_turn: Option<NextTurn>,
     /// Pattern of its track, which serves as its path. Absent if it declares one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatedTrack>,
 }
 

@@ -47,8 +47,7 @@ pub(crate) fn gains(k: usize, horizon: &Horizon<'_>) -> LosGains {
 /// The crafts at the time of `horizon`, and the one that is real from now on.
 pub(crate) fn resumed(horizon: &Horizon<'_>) -> Trial {
     let (snapshot, estimate) = (horizon.snapshot, horizon.snapshot.craft_estimate());
-    // Distances alone are compared: of a goal that is the same for all crafts, without a price of
-    // energy.
+    // Distances alone are compared: of one goal for all crafts, without a price of energy.
     let is_fair = horizon.forecast.is_mean() && horizon.weights.energy == 0.0 && !estimate.monitor.alarm;
     let first = snapshot.previous_plan.as_ref().and_then(|previous| previous.trajectory.first());
     let before = first.map(|first| (snapshot.t_s - first.t_s, snapshot.asc.position() - first.position()));
@@ -127,8 +126,7 @@ fn choose(trial: &mut Trial, horizon: &Horizon<'_>) {
     }
 }
 
-/// The same with what every law asks of its craft, and what was asked of the planner's and the real
-/// one.
+/// The same with what is asked of all crafts: by the laws, of the planner's and of the real one.
 pub(crate) fn asked(mut trial: Trial, horizon: &Horizon<'_>, planner: Reference, real: Reference) -> Trial {
     let (snapshot, goal) = (horizon.snapshot, horizon.forecast.at(0.0));
     let by_law: [Reference; LAWS] = array::from_fn(|k| {

@@ -9,7 +9,11 @@ use crate::{
     choose::select::{baselines, select_answer},
     los::law::LosLaw,
     problem::{parameters::Parameters, violation::Unit},
-    program::{build::Program, layout::Slack, standard_form::Cone, units::SLACK_UNIT},
+    program::{
+        build::{Cone, Program},
+        layout::Slack,
+        units::SLACK_UNIT,
+    },
     scp::predicted_cost::CostTerms,
     snapshot::build::Snapshot,
     solve::{

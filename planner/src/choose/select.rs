@@ -48,8 +48,7 @@ use crate::{
     visit::schedule::Scheduler,
 };
 
-/// Difference of equal predicted costs, m² s; the solver's tolerance leaves 10⁻¹² m² s above the
-/// goal.
+/// Difference of equal predicted costs, m² s; the solver's tolerance leaves 10⁻¹² above the goal.
 const COST_TIE: f64 = 1e-6;
 
 /// Lead of a slow turn's heading reference, rad, to starboard.
@@ -155,8 +154,7 @@ pub(crate) fn select_answer(
     }
 }
 
-/// The goal of `snapshot`, on its figure if it localises AUVs, and its schedule if it visits them;
-/// `held` as in [`GoalForecast::holding`].
+/// The goal of `snapshot`, on a figure or by a schedule; `held` as in [`GoalForecast::holding`].
 pub fn scheduled_goal(
     snapshot: &Snapshot,
     parameters: &Parameters,
@@ -193,7 +191,6 @@ pub fn scheduled_goal(
     (goal, scheduled.map(|scheduled| scheduled.schedule))
 }
 
-/// The scheduler of visits for the craft of `snapshot`.
 pub(crate) fn scheduler<'a>(
     snapshot: &Snapshot,
     parameters: &'a Parameters,
@@ -220,21 +217,13 @@ fn remembered_course(snapshot: &Snapshot) -> Option<Course> {
     snapshot.previous_plan.as_ref().and_then(PreviousPlan::goal_course)
 }
 
-/// The command for `asked`, and its effect through the water.
 fn commanded(asked: Reference, snapshot: &Snapshot) -> (Reference, Reference) {
-    let asked = snapshot.within_speed_max(&without_heading_offset(asked, snapshot));
+    let heading = Heading::new(asked.heading.radians() - snapshot.craft_model().heading_offset);
+    let asked = snapshot.within_speed_max(&Reference { heading, ..asked });
     let command = snapshot.slew_limited_command(&asked);
     let held_back = wrap(command.heading.radians() - snapshot.command(&asked).heading.radians());
     let through_water = Reference { heading: Heading::new(asked.heading.radians() + held_back), ..asked };
     (command, through_water)
-}
-
-/// The reference corrected by the craft's heading offset.
-fn without_heading_offset(asked: Reference, snapshot: &Snapshot) -> Reference {
-    Reference {
-        heading: Heading::new(asked.heading.radians() - snapshot.craft_model().heading_offset),
-        ..asked
-    }
 }
 
 /// The level that answers; the first of equals.
@@ -253,8 +242,7 @@ fn best_level(horizon: &Horizon<'_>, scp: &ScpResult, los: &Level) -> Level {
     steered(best, horizon)
 }
 
-/// Line of sight after a slow turn to either side, if land is so near that the law's may lead into
-/// it.
+/// Line of sight after a slow turn to either side, if the law's turn may lead into near land.
 fn turned_slowly(horizon: &Horizon<'_>) -> [Option<Level>; 2] {
     let bow = horizon.snapshot.asc.heading().radians();
     Side::BOTH.map(|side| {
@@ -271,15 +259,13 @@ fn turned_slowly(horizon: &Horizon<'_>) -> [Option<Level>; 2] {
 fn answered(snapshot: &Snapshot, distance: f64) -> CraftEstimate {
     let estimate = *snapshot.craft_estimate();
     let previous = snapshot.previous_plan.as_ref();
-    let elapsed = previous
-        .and_then(|previous| Some(snapshot.t_s - previous.trajectory.first()?.t_s))
-        .map_or(0.0, |elapsed| elapsed.clamp(0.0, 10.0));
+    let made_at = previous.and_then(PreviousPlan::made_at);
+    let elapsed = made_at.map_or(0.0, |made_at| (snapshot.t_s - made_at).clamp(0.0, 10.0));
     let (alarm, tuned) = (estimate.monitor.alarm, &snapshot.tuned().craft);
     CraftEstimate { realised: estimate.realised.after(distance, elapsed, alarm, tuned), ..estimate }
 }
 
-/// A level with its heading reference limited: the law's turns no faster than the craft, and at
-/// speed no faster than a plan's. Its prediction stays the law's.
+/// A level whose heading reference turns no faster than the craft, or at speed than a plan's.
 ///
 /// In a hard turn at full speed, saturated thrusters achieve neither, and the heading swings for 10
 /// s. From rest the law may turn as fast as the craft can; see `docs/rationale.md#references`.
@@ -362,7 +348,6 @@ fn line_of_sight(horizon: &Horizon<'_>, gains: LosGains) -> (Level, Rollout) {
     (level, rollout)
 }
 
-/// The program's level.
 fn planned(horizon: &Horizon<'_>, candidate: CandidateTrajectory) -> Level {
     let next = horizon.trajectory(&candidate.stages).nth(1);
     let next = next.expect("a horizon has an interval");
@@ -403,7 +388,6 @@ fn towards(next: &Reference, horizon: &Horizon<'_>) -> Reference {
     slew_limited(asked, horizon, craft.limits.turn_rate_max)
 }
 
-/// The candidate of `rollout`.
 fn rolled_out(horizon: &Horizon<'_>, rollout: &Rollout) -> CandidateTrajectory {
     CandidateTrajectory::new(horizon, rollout.stages.clone(), rollout)
 }

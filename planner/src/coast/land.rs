@@ -7,6 +7,7 @@ use smallvec::SmallVec;
 
 use crate::coast::sides::{Bounds, Side, Sides, nearest_on};
 use crate::facts::angle::starboard_of;
+use crate::facts::bounds::doubled_area;
 use crate::facts::no_go::{NoGo, corners_of};
 
 /// Nearness to a side, m, that counts as inside.
@@ -61,8 +62,7 @@ impl Land {
         };
         let meet = |side: &Side| {
             let (from, to) = (side.from - point, side.to - point);
-            // Half-open, so that a ray through a corner meets one of its two sides, or both or
-            // none.
+            // Half-open: a ray through a corner meets one of its two sides, or both or none.
             let is_met = (0.0 < from.y) != (0.0 < to.y) && 0.0 < from.perp(&to) * (to.y - from.y);
             if is_met {
                 match around.iter().position(|polygon| *polygon == side.polygon) {
@@ -76,7 +76,6 @@ impl Land {
         around
     }
 
-    /// `true` inside an area.
     pub(crate) fn covers(&self, point: &Vector2<f64>) -> bool {
         !self.around(point).is_empty()
     }
@@ -116,7 +115,6 @@ pub fn no_go_depths(no_go: &[NoGo]) -> impl Fn(&Vector2<f64>) -> f64 + use<> {
     move |position| land.inside(position).map_or(0.0, |(_, depth)| depth)
 }
 
-/// The sides of a ring.
 pub(crate) fn sides_of(corners: &[Vector2<f64>], polygon: usize, ring: usize) -> impl Iterator<Item = Side> {
     let next = corners.iter().cycle().skip(1);
     let side = move |(place, (from, to)): (usize, (&Vector2<f64>, &Vector2<f64>))| Side {
@@ -127,9 +125,4 @@ pub(crate) fn sides_of(corners: &[Vector2<f64>], polygon: usize, ring: usize) ->
         place,
     };
     corners.iter().zip(next).enumerate().map(side)
-}
-
-/// Twice the enclosed area, m², positive if the first axis turns to the second on the way round.
-pub(crate) fn doubled_area(corners: &[Vector2<f64>]) -> f64 {
-    corners.windows(2).map(|pair| (pair[0] - corners[0]).perp(&(pair[1] - corners[0]))).sum()
 }

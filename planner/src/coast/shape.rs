@@ -2,19 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use serde_json::json;
-
 use crate::coast::{
-    land::{Land, doubled_area, sides_of},
+    land::{Land, sides_of},
     sides::{Bounds, Side, Sides, crosses},
 };
 use crate::facts::{
+    bounds::{SIZE_MIN, doubled_area, too_near, too_small},
     field_error::FieldError,
     no_go::{NoGo, corners_of},
 };
-
-/// Least distance of neighbouring corners, and side of the smallest square, m.
-const SIZE_MIN: f64 = 0.1;
 
 /// Most pairs of sides of one area that are compared; a chart has a few for each of its sides.
 const PAIRS_MAX: usize = 2_000_000;
@@ -30,13 +26,10 @@ fn fault(area: &NoGo) -> Option<FieldError> {
     for (k, ring) in area.rings().enumerate() {
         let (place, corners) = (NoGo::pointer(k), corners_of(ring));
         for side in sides_of(&corners, 0, k) {
-            let given = (side.to - side.from).norm();
-            if given < SIZE_MIN {
-                let next = (side.place + 1) % corners.len();
-                let detail = format!(
-                    "is {given} m from the corner before it, less than {SIZE_MIN} m: give every corner once"
-                );
-                return Some(too_small(&format!("{place}/{next}"), "too_near", detail, given));
+            let next = (side.place + 1) % corners.len();
+            let too_near = too_near(format_args!("{place}/{next}"), (side.to - side.from).norm());
+            if too_near.is_some() {
+                return too_near;
             }
             sides.push(side);
         }
@@ -50,7 +43,7 @@ fn fault(area: &NoGo) -> Option<FieldError> {
 fn too_little((k, ring): (usize, &Vec<[f64; 2]>)) -> Option<FieldError> {
     let given = (0.5 * doubled_area(&corners_of(ring)).abs()).sqrt();
     let detail = format!("is no larger than a square of {given} m, less than {SIZE_MIN} m");
-    (given < SIZE_MIN).then(|| too_small(&NoGo::pointer(k), "too_small", detail, given))
+    (given < SIZE_MIN).then(|| too_small(NoGo::pointer(k), "too_small", detail, given))
 }
 
 /// The fault of a side that crosses another, or of too many that might.
@@ -78,8 +71,4 @@ fn hole_outside(area: &NoGo) -> Option<FieldError> {
     let outside = area.holes.iter().position(is_outside)?;
     let detail = "a hole is within the border of its area";
     Some(FieldError::new(NoGo::pointer(outside + 1), "hole_outside", detail))
-}
-
-fn too_small(place: &str, code: &str, detail: String, given: f64) -> FieldError {
-    FieldError::new(place, code, detail).given(given).limit(json!({ "least": SIZE_MIN }))
 }

@@ -26,7 +26,6 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// The box of a segment.
     pub(crate) fn of(from: &Vector2<f64>, to: &Vector2<f64>) -> Self {
         Self { least: from.inf(to), most: from.sup(to) }
     }
@@ -35,8 +34,7 @@ impl Bounds {
         Self { least: self.least.inf(&other.least), most: self.most.sup(&other.most) }
     }
 
-    /// Distance of two boxes, m; 0 if they touch. No less than that of their contents along an
-    /// axis.
+    /// Distance of two boxes, m; 0 if they touch, and no more than that of their contents.
     pub(crate) fn gap(&self, other: &Self) -> f64 {
         let apart = (self.least - other.most).sup(&(other.least - self.most));
         apart.x.max(0.0).hypot(apart.y.max(0.0))
@@ -202,7 +200,6 @@ pub(crate) fn crosses(
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0
 }
 
-/// The nearest place to `point` on a segment.
 pub(crate) fn nearest_on(from: &Vector2<f64>, to: &Vector2<f64>, point: &Vector2<f64>) -> Vector2<f64> {
     let along = to - from;
     let length = along.norm_squared();

@@ -1,9 +1,8 @@
 //! The shortest way past no-go areas.
 //!
-//! A graph that grows: at first it has the two ends alone. A leg of its shortest path that comes
-//! too near a border is closed, and the corners of the convex hull of the stretch in its way, moved
-//! outwards, become nodes. The first path whose legs are all clear is the way. So only what is in
-//! the way costs time.
+//! The graph has the two ends alone at first. A leg of its shortest path that comes too near a
+//! border is closed, and the corners of the convex hull of what is in its way, moved outwards,
+//! become nodes. The first path whose legs are all clear is the way.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet};
@@ -16,6 +15,7 @@ use smallvec::SmallVec;
 use crate::coast::land::Land;
 use crate::coast::sides::{Bounds, Gap, Side, nearest_on};
 use crate::facts::angle::starboard_of;
+use crate::facts::bisection::last_at_which;
 
 /// Most nodes, and most legs that are looked at.
 const NODES_MAX: usize = 240;
@@ -24,8 +24,7 @@ const LEGS_MAX: usize = 3000;
 /// Most stretches of one border that a closed leg adds.
 const STRETCHES_MAX: usize = 8;
 
-/// Distance beyond the first border that closes a leg within which others are looked at, in
-/// clearances.
+/// Distance beyond the first border that closes a leg in which others are looked at, in clearances.
 const BEHIND: f64 = 5.0;
 
 /// Share of the clearance that is asked of nodes and legs: rounding must not close what just fits.
@@ -35,7 +34,7 @@ const KEPT: f64 = 0.98;
 const SHARED_MAX: usize = 64;
 
 /// Halvings of a line, to a millionth.
-const HALVINGS: usize = 20;
+const HALVINGS: u32 = 20;
 
 /// Distance of nodes that count as one, m.
 const SAME: f64 = 0.05;
@@ -45,7 +44,6 @@ pub(crate) struct Search<'a> {
     pub(crate) land: &'a Land,
     /// Distance to keep from borders where both ends do, m.
     pub(crate) clearance: f64,
-    /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
@@ -79,14 +77,12 @@ struct Graph {
     stretches: HashSet<[usize; 3]>,
 }
 
-/// Length of a way, m.
 pub(crate) fn length(way: &[Vector2<f64>]) -> f64 {
     way.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum()
 }
 
 impl Search<'_> {
-    /// `true` if the craft can go straight from `from` to `to`. A place nearer to a border than the
-    /// clearance lowers it.
+    /// `true` if the craft can go straight there; an end nearer to a border lowers the clearance.
     pub(crate) fn is_clear(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> bool {
         !self.land.sides.block(from, to, KEPT * self.off(from).min(self.off(to)))
     }
@@ -98,17 +94,11 @@ impl Search<'_> {
 
     /// The last place on the straight line from `from` to `to` to which that is clear.
     pub(crate) fn as_far_as_open(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Vector2<f64> {
-        let (mut open, mut closed) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (open + closed);
-            let is_clear = self.is_clear(from, &from.lerp(to, middle));
-            *(if is_clear { &mut open } else { &mut closed }) = middle;
-        }
-        from.lerp(to, open)
+        let is_clear = |share: f64| self.is_clear(from, &from.lerp(to, share));
+        from.lerp(to, last_at_which(is_clear, [0.0, 1.0], HALVINGS))
     }
 
-    /// How much longer the way from `from` to `to` is than the straight line, m: infinite without a
-    /// way, 0 if the search gave up.
+    /// Excess of the way over the straight line, m: infinite without one, 0 if the search gave up.
     pub(crate) fn detour(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> f64 {
         match self.between(from, to) {
             Some(way) => length(&way) - (way[way.len() - 1] - way[0]).norm(),
@@ -117,17 +107,15 @@ impl Search<'_> {
         }
     }
 
-    /// The way between the places nearest to `from` and `to` that the craft may be at; the straight
-    /// line if the search gave up.
+    /// The way between the nearest permitted places; the straight line if the search gave up.
     pub(crate) fn between(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<Vec<Vector2<f64>>> {
         let [from, to] = [from, to].map(|end| self.land.permitted(end, self.clearance));
         let found = if self.is_clear(&from, &to) { vec![from, to] } else { self.way(&from, &to)? };
         Some(if found.last() == Some(&to) { found } else { vec![from, to] })
     }
 
-    /// Corners of the shortest way found from `from` to `to`, with both; none if there is none.
-    /// Among so many borders that the search gives up, the way to the nearest corner to `to` that
-    /// it found.
+    /// Corners of the shortest way with both ends; none if there is none. If the search gives up
+    /// among too many borders, the way to the corner nearest to `to` that it found.
     ///
     /// A* on legs that are looked at when it is their turn, with nodes that come while it runs.
     pub(crate) fn way(&self, from: &Vector2<f64>, to: &Vector2<f64>) -> Option<Vec<Vector2<f64>>> {
@@ -336,10 +324,9 @@ fn around(ring: &[Vector2<f64>], k: usize) -> [Vector2<f64>; 3] {
     [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]]
 }
 
-/// The nodes at a convex corner of a ring, at `clearance`, m: the same whatever leg it is in the
-/// way of. The corners of a round cape share them, as many as the sides of one polygon round it
-/// that is nowhere farther off than half the clearance: it is passed in a few legs. At most `most`
-/// share one.
+/// The nodes at a convex corner of a ring, at `clearance`, m, whatever leg it is in the way of. Up
+/// to `most` corners of a round cape share those of one polygon round it that is nowhere farther
+/// off than half the clearance.
 fn nodes_at(ring: &[Vector2<f64>], k: usize, clearance: f64, most: usize) -> Vec<Vector2<f64>> {
     let n = ring.len();
     let side = |k: usize| (ring[k % n], ring[(k + 1) % n] - ring[k % n]);

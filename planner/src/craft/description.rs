@@ -169,7 +169,6 @@ impl CraftDescription {
         Self { preset: Some(name.to_owned()), ..Self::default() }
     }
 
-    /// The named preset.
     pub(crate) fn preset(&self) -> Option<&'static Preset> {
         self.preset.as_deref().and_then(Preset::named)
     }

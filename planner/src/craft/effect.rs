@@ -15,8 +15,7 @@
 
 use crate::tuned::CraftNumbers;
 
-/// Evidence h at which references are assumed without effect. With it the memory of an answer is
-/// bounded; the numbers that can be varied are in `tuned`.
+/// Evidence h at which references are assumed without effect; it bounds an answer's memory.
 const EVIDENCE_ENOUGH: f64 = 9.0;
 
 /// The effect of one loop's references.

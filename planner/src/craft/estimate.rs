@@ -31,8 +31,7 @@ pub struct CraftEstimate {
     pub followed_speed: f64,
     /// Heading and speed of the command behind the loops' delays, rad and m/s.
     pub followed_command: Vector2<f64>,
-    /// Log-likelihood ratios, bounded, 0 if unknown: the heading loop holds the course over ground;
-    /// the speed loop holds the speed over ground.
+    /// Bounded log-likelihood ratios, 0 if unknown: the loops hold course and speed over ground.
     pub evidence: Vector2<f64>,
     /// Filtered surge, m/s; logarithm of its time constant in s; acceleration disturbance, m/s².
     pub surge: Vector3<f64>,

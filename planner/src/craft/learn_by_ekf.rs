@@ -66,11 +66,8 @@ fn leads(beyond: f64, moved: f64, lead_max: f64) -> bool {
 /// Observation of the craft in one snapshot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CraftObservation<'a> {
-    /// The craft now.
     pub(crate) asc: &'a Asc,
-    /// The operator's limits.
     pub(crate) limits: &'a Limits,
-    /// Declared current (north, east), m/s.
     pub(crate) declared_current: Option<Vector2<f64>>,
     /// Known current (north, east), m/s, else zero.
     pub(crate) current: Vector2<f64>,
@@ -94,13 +91,10 @@ pub(super) struct Step<'a> {
 /// References of the loops since an earlier answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PastReference {
-    /// Heading reference through the water, rad.
     pub(crate) heading: f64,
-    /// Speed reference through the water, m/s.
     pub(crate) speed: f64,
     /// Heading, rad, and speed, m/s, of the command, as the loops hold them.
     pub(crate) command: Vector2<f64>,
-    /// Time since that answer, s.
     pub(crate) elapsed: f64,
 }
 
@@ -158,7 +152,6 @@ impl CraftEstimate {
         }
     }
 
-    /// The filters one snapshot later.
     fn after(&self, step: &Step<'_>) -> Self {
         let Step { asc, prior, asked, tuned, .. } = *step;
         let mut next = *self;

@@ -16,8 +16,7 @@ pub const MEMORY_LENGTH: usize = MEMORY_LENGTH_WITHOUT_TRIAL + 11 * (LAWS + 1) +
 /// Index of the craft's position in it.
 const POSITION: usize = 31;
 
-/// Lengths of earlier answers' memories: without the trial, which then starts now, or without the
-/// tests for effects.
+/// Lengths of earlier answers' memories: without the trial, or without the tests for effects.
 const MEMORY_LENGTH_WITHOUT_TRIAL: usize = 53;
 const MEMORY_LENGTH_WITHOUT_EFFECTS: usize = 43;
 
@@ -186,7 +185,6 @@ impl CraftEstimate {
     }
 }
 
-/// Visits a flag as 0 or 1.
 fn visit_flag(flag: &mut bool, visit: &mut dyn FnMut(&mut f64, RangeInclusive<f64>)) {
     let mut number = f64::from(u8::from(*flag));
     visit(&mut number, 0.0..=1.0);

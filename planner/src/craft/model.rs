@@ -65,7 +65,6 @@ impl CraftModel {
         Self { surge_disturbance: self.surge_disturbance.clamp(-most, most), ..self }
     }
 
-    /// A craft that turns and accelerates more slowly.
     pub(super) fn cautious(self, tuned: &CraftNumbers) -> Self {
         let limits = self.limits;
         Self {
@@ -86,8 +85,7 @@ impl CraftModel {
         SURGE_DISTURBANCE_MOST * self.limits.acceleration_max.min(self.limits.deceleration_max)
     }
 
-    /// Lag of the direction of travel behind a steadily turning heading reference, s: the heading's
-    /// lag plus the outward drift in the turn.
+    /// Lag of the direction of travel behind a turning reference, s, with the outward drift.
     pub fn course_lag(&self) -> f64 {
         (self.heading_lag() + self.sway_per_yaw_rate).max(0.0)
     }

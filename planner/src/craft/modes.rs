@@ -27,9 +27,8 @@ impl CraftEstimate {
         (heading, speed)
     }
 
-    /// Updates the evidence of undeclared modes: heading or course, and speed through the water or
-    /// over ground along the bow, by the distance from the command. In still water they are
-    /// indistinguishable and equivalent.
+    /// Updates the evidence of undeclared modes by the distance of heading, course and both speeds
+    /// from the command. In still water the modes are equivalent.
     pub(super) fn update_mode_evidence(&mut self, step: &Step<'_>) {
         let Step { asc, prior, craft, asked, tuned, .. } = *step;
         self.followed_command.x +=

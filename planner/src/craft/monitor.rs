@@ -5,10 +5,8 @@
 //! σ² = σ_0² + (κ recent turn)²  ε in the direction of change: its excess over (1 + τ/Δ) |change|
 //! J ← J + (1 − exp(−Δ/τ)) (max(ε_ψ²/σ_ψ², ε_u²/σ_u²) − J)
 //! ```
-//! The slow correction accumulates the effect of a lag, a lost thruster or a stuck rudder over
-//! seconds; one step ahead it is indistinguishable from waves. The alarm has a threshold and a
-//! lower one to withdraw it. False alarms and delays over whole missions:
-//! `docs/evidence.md#random-craft`.
+//! The slow correction accumulates a lag, a lost thruster or a stuck rudder over seconds; one step
+//! ahead they look like waves. False alarms and delays: `docs/evidence.md#random-craft`.
 
 use nalgebra::Vector2;
 
@@ -39,14 +37,12 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// The monitor of a craft at its start.
     pub(crate) fn new(asc: &Asc) -> Self {
         Self { heading: asc.heading().radians(), speed: asc.speed_mps, ..Self::default() }
     }
 
-    /// The monitor `elapsed` later, for references of heading and speed behind the loops' delays, a
-    /// largest angle `crab` between heading and course, rad, which is 0 if the craft holds the
-    /// heading, and a recent turn `turned`, rad.
+    /// The monitor `elapsed` later, for references behind the loops' delays, a largest angle `crab`
+    /// between heading and course, rad, 0 if the craft holds the heading, and a recent turn.
     pub(crate) fn after(
         &self,
         (asc, tuned): (&Asc, &CraftNumbers),
@@ -83,9 +79,8 @@ impl Monitor {
     }
 }
 
-/// The error beyond the lead of a craft on its way: a bridge sends references along a plan's
-/// trajectory between plans, ahead of its loop by the lag. `change` is expected in `elapsed` s;
-/// `time` is the loop's time constant, s.
+/// The error beyond the lead of a craft on its way: a bridge sends references ahead of its loop by
+/// the lag. `change` is expected in `elapsed` s; `time` is the loop's time constant, s.
 fn beyond_lead(error: f64, change: f64, time: f64, elapsed: f64) -> f64 {
     let rate = if 0.0 < elapsed { change / elapsed } else { 0.0 };
     let lead = change.abs() + rate.abs() * time;

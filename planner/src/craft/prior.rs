@@ -23,7 +23,6 @@ impl Gaussian {
         self.mean + self.most(tuned)
     }
 
-    /// `log_lag` within the plausible range.
     pub(crate) fn bounded(&self, log_lag: f64, tuned: &CraftNumbers) -> f64 {
         log_lag.clamp(self.mean - self.most(tuned), self.largest(tuned))
     }
@@ -61,7 +60,6 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Delays of the heading loop and of the speed loop, s.
     pub(crate) fn delays(&self) -> Vector2<f64> {
         Vector2::new(self.craft.heading.effective_delay(), self.craft.surge.delay)
     }
@@ -86,7 +84,6 @@ impl Prior {
         }
     }
 
-    /// The craft as `declared`.
     pub(crate) fn new(declared: &CraftDescription, tuned: &CraftNumbers) -> Self {
         let craft = declared.craft();
         let sigma = declared.relative_uncertainty.unwrap_or(DECLARED_UNCERTAINTY);

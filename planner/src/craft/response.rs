@@ -1,5 +1,4 @@
-//! The surface craft with closed inner loops: a first-order surge within its acceleration limits,
-//! and a heading with a limited rate.
+//! The craft with closed inner loops: a first-order surge and a heading, both limited in rate.
 
 use nalgebra::Vector2;
 
@@ -14,8 +13,7 @@ const LAW_INTERVAL: f64 = 1.0;
 /// Half of the time for which a reference is held, s: the period of plans is a second.
 pub(crate) const HALF_HOLD: f64 = 0.5;
 
-/// The surge disturbance an interval later, m/s²: the integral of the loop's proportional part,
-/// `acceleration − bias`. Without an integrator it is constant.
+/// The surge disturbance an interval later, m/s²: without an integrator it is constant.
 ///
 /// ```text
 /// ḃ = (a − b) / T_i
@@ -68,14 +66,12 @@ pub(crate) struct Waypoint {
     pub(crate) stage: usize,
     /// Elapsed share of the interval, in (0, 1].
     pub(crate) share: f64,
-    /// Position in the frame of the stages, m.
     pub(crate) position: Vector2<f64>,
 }
 
 /// Surge of a craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Surge {
-    /// Speed through the water, m/s.
     pub(crate) speed: f64,
     /// Acceleration disturbance of the surge loop, m/s².
     pub(crate) bias: f64,
@@ -84,7 +80,6 @@ pub(crate) struct Surge {
 /// A craft that follows a guidance law within its limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Response<'a> {
-    /// The craft's response.
     pub(crate) craft: &'a CraftModel,
     /// Current, m/s, in the frame of the stages.
     pub(crate) current: Vector2<f64>,
@@ -189,13 +184,11 @@ impl Slew {
     }
 }
 
-/// The heading reference within `slew` of `from`, towards `asked`. It turns in the bow's sense of
-/// turn and stays on that side.
+/// The heading reference within `slew` of `from`, towards `asked`, in the bow's sense of turn.
 ///
-/// The limit is relative to the *previous reference*, not to the bow: the reference of a lagging
-/// craft must lead its bow by rate times lag for the largest turn rate. That lead it takes at
-/// [`LEADING_RATE`]: at the craft's own rate a turn begins as late as the loop lags, see
-/// `docs/rationale.md#references`.
+/// The limit is relative to the *previous reference*: that of a lagging craft must lead its bow by
+/// rate times lag for the largest turn rate. It takes that lead at [`LEADING_RATE`]; at the craft's
+/// own rate a turn begins as late as the loop lags, see `docs/rationale.md#references`.
 pub(crate) fn limited_heading(asked: Heading, from: Heading, bow: Heading, slew: Slew) -> Heading {
     let psi = bow.radians();
     let ahead = wrap(from.radians() - psi);

@@ -362,8 +362,7 @@ fn references_with_an_effect_raise_no_alarm_in_ten_hours() {
     }
 }
 
-/// Largest statistic of the monitor, and its alarm, in ten minutes of turns of twice `amplitude`,
-/// rad, every 20 s, with 2 s declared.
+/// Largest statistic of the monitor, and its alarm, in ten minutes of turns by twice `amplitude`.
 fn monitored(lag: f64, amplitude: f64) -> (f64, bool) {
     let (mut worst, mut alarm) = (0.0_f64, false);
     let look = |known: &CraftEstimate| {

@@ -35,7 +35,6 @@ impl TrackEdge {
         self.length() / (self.end - self.start).max(f64::MIN_POSITIVE)
     }
 
-    /// Speed through the water in a `current` (north, east), m/s.
     pub(crate) fn speed_through(&self, current: &Vector2<f64>) -> f64 {
         let elapsed = (self.end - self.start).max(f64::MIN_POSITIVE);
         ((self.to - self.from) / elapsed - Complex::new(current.x, current.y)).norm()
@@ -62,8 +61,7 @@ impl TrackEdge {
         let side = cross(back, between).signum() * Complex::i() * back;
         let width = dot(side, between).max(WIDTH_MIN);
         let radius = radius.min(0.5 * width);
-        // From the ends of the legs to the line of both corners at the legs' speeds, and along it
-        // at their mean speed, shortened by both arcs.
+        // To the line of both corners at the legs' speeds, along it at their mean, less both arcs.
         let (before, after) = (self.speed(), next.speed());
         let along = (width - (4.0 - PI) * radius) / (0.5 * (before + after));
         let ahead = dot(back, between);
@@ -74,8 +72,7 @@ impl TrackEdge {
         Some(vec![first, second + side * (WIDTH_MIN - apart).max(0.0)])
     }
 
-    /// `true` if the vehicle can have reached the `next` leg by `corners`: in the elapsed time, and
-    /// near the points where it was `seen`.
+    /// `true` if it can have come to the `next` leg by `corners` in time, near where it was seen.
     pub(crate) fn can_turn(
         &self,
         corners: &[Complex<f64>],
@@ -124,7 +121,6 @@ impl From<Complex<f64>> for TrackCorner {
 /// Straight lines between corners.
 pub(crate) struct Polyline {
     pub(crate) points: Vec<TrackCorner>,
-    /// Arc length at each, m.
     pub(crate) along: Vec<f64>,
 }
 
@@ -141,7 +137,6 @@ impl Polyline {
         self.along[self.along.len() - 1]
     }
 
-    /// The point at an arc length, m.
     pub(crate) fn at(&self, along: f64) -> Complex<f64> {
         let after = self.along.partition_point(|other| *other <= along).clamp(1, self.points.len() - 1);
         let [from, to] = [after - 1, after].map(|k| self.points[k].point);

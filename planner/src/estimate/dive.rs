@@ -3,7 +3,6 @@
 use std::ops::RangeInclusive;
 
 use crate::{
-    estimate::rigid_motion::number,
     facts::{auv::Dive, evidence::Report},
     tuned::EstimateNumbers,
 };
@@ -19,9 +18,7 @@ const PITCH: RangeInclusive<f64> = 0.05..=1.4;
 struct DepthLeg {
     /// Mean time, s, and mean depth, m.
     middle: [f64; 2],
-    /// Rate of its depth, m/s.
     rate: f64,
-    /// Root-mean-square deviation of the depths, m.
     bent: f64,
 }
 
@@ -51,8 +48,7 @@ impl DepthLeg {
     }
 }
 
-/// The sawtooth of a vehicle with horizontal speed `u_h` through the water, m/s, from the depths of
-/// its reports in order of time, if its reversals repeat.
+/// The sawtooth of a vehicle with horizontal speed `u_h`, m/s, if its depths' reversals repeat.
 pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNumbers) -> Option<Dive> {
     let depth = |(_, report): &(usize, Report)| Some([report.t_s, report.depth_m?]);
     let mut depths: Vec<_> = reports.iter().filter_map(depth).collect();
@@ -71,7 +67,7 @@ pub(crate) fn sawtooth(reports: &[(usize, Report)], u_h: f64, tuned: &EstimateNu
     let legs: Vec<_> = legs.collect();
     let whole = legs.get(1..legs.len() - 1)?;
     let rates = whole.iter().flatten().map(|leg| leg.rate.abs());
-    let rate = rates.sum::<f64>() / number(whole.len());
+    let rate = rates.sum::<f64>() / whole.len() as f64;
     let is_like_others = |leg: &DepthLeg| {
         (leg.rate.abs() - rate).abs() <= tuned.spread_max * rate && leg.bent <= tuned.bent_max * height
     };

@@ -41,8 +41,7 @@ pub struct Estimate {
     pub state: AuvState,
     /// Indices of unused reports, ascending: outliers, reports before a jump, and repetitions.
     pub rejected: Vec<usize>,
-    /// Standard deviation to add to the fixes, m: their variances are larger by its square. 0 if
-    /// the reported accuracies are consistent.
+    /// Standard deviation to add to the fixes, m; 0 if the reported accuracies are consistent.
     pub inflation: f64,
     /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
     pub velocity_contradicted: bool,
@@ -54,8 +53,7 @@ pub struct Estimate {
     pub route: Option<Route>,
     /// Pattern that its track repeats, if it declares no path.
     pub repeats: Option<Repeats>,
-    /// Path that its reports or past states were compared with: the repeated track, or the declared
-    /// path with the observed turns. `None` without either.
+    /// Path compared with: the repeated track, or the declared path with the observed turns.
     pub path: Option<KnownPath>,
     /// Sawtooth in its reported depths.
     pub dive: Option<Dive>,
@@ -103,23 +101,18 @@ impl Route {
 /// Largest difference from the declared speed, in standard deviations of speeds along paths.
 const PACES_MAX: f64 = 3.0;
 
-/// Number of newest reports that test whether a vehicle still repeats its track: older ones made
-/// the path.
+/// Newest reports that test whether a vehicle still repeats its track, which older ones made.
 const TELLING: usize = 3;
 
-/// Number of newest states that are compared with a repeated track, which older ones made, and with
-/// each other.
+/// Newest states that are compared with each other and a repeated track, which older ones made.
 const TELLING_STATES: usize = 12;
 
-/// Number that is compared with a declared path: a minute, after which a vehicle that came to its
-/// path is on it.
+/// The same for a declared path: after a minute, a vehicle that came to its path is on it.
 const TELLING_BESIDE_PATH: usize = 6;
 
 /// Estimates AUVs at one moment.
 pub(crate) struct Estimator<'a> {
-    /// Now, s.
     pub(crate) now: f64,
-    /// Current (north, east), m/s.
     pub(crate) current: Vector2<f64>,
     pub(crate) tuned: &'a EstimateNumbers,
     /// `true` once only the newest reports count, without a path.
@@ -138,8 +131,7 @@ pub(crate) struct Before<'a> {
 }
 
 impl Estimate {
-    /// Root-mean-square distance between estimate and vehicle now, m, on a straight course since:
-    /// √(tr P) of the position. `None` without a covariance.
+    /// Root-mean-square distance between estimate and vehicle now, m: √(tr P), if there is a P.
     pub fn position_sigma(&self, tuned: &EstimateNumbers) -> Option<f64> {
         let state = &self.state;
         let reported = Kalman::new(0.0, &state.position(), &state.velocity(), &state.covariance()?);
@@ -171,8 +163,7 @@ impl<'a> Estimator<'a> {
         Estimate { dive: found.dive.filter(|_| auv.dive.is_none()), ..found }
     }
 
-    /// The estimate of an AUV in a given `state`, which is believed for now. What is known of its
-    /// turns and its route comes from its past.
+    /// The estimate of an AUV in a given `state`, believed for now; its past shows turns and route.
     fn given(
         &self,
         state: &AuvState,
@@ -403,9 +394,8 @@ impl<'a> Estimator<'a> {
         last.map(|(_, numbered)| *numbered).collect()
     }
 
-    /// The likeliest track through `reports` on one of `paths`, or on the pattern that its own
-    /// track `repeats`. Speeds may be over ground; without a fitting declared path the pace may
-    /// vary.
+    /// The likeliest track through `reports` on one of `paths`, or on what its own track `repeats`.
+    /// Speeds may be over ground, and the pace may vary without a fitting declared path.
     fn on_likeliest_path<'b>(
         &self,
         paths: &'b [KnownPath],
@@ -449,8 +439,7 @@ impl<'a> Estimator<'a> {
 /// on random way-points is 6.2 instead of 5.8 m off after a minute.
 const HOPELESS: f64 = 25.0;
 
-/// The likelier of `best` and the track through the same `reports` on an `assumed` path; the first
-/// of equals.
+/// The likelier of `best` and the track of `reports` on an `assumed` path; the first of equals.
 fn likelier_on_path<'a>(
     best: Track<OnPath<'a>>,
     assumed: &PathHypothesis<'a>,
@@ -466,8 +455,7 @@ fn likelier_on_path<'a>(
     other.filter(|_| 0.0 < ahead).unwrap_or(best)
 }
 
-/// Probability that a vehicle follows its path as in `along`, after the `newest` of its `reports`,
-/// in a two-state model with `free` motion.
+/// Probability that a vehicle follows its path as in `along`, after its `newest` reports.
 fn probability_of_following(
     reports: &[(usize, Report)],
     along: &Track<OnPath<'_>>,

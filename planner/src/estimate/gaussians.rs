@@ -1,11 +1,9 @@
-//! What a cloud of particles leaves possible, as a few Gaussians. The next request returns them,
-//! and the next plan filters new reports alone.
+//! What a cloud of particles leaves possible, as a few Gaussians, which the next request returns.
 //!
 //! ```text
 //! (north, east, depth, north velocity, east velocity) = mean + L z,   z ~ N(0, I)
 //! ```
-//! There is one for each place at which the vehicle may be, and each of its motions. Any numbers in
-//! the lower triangle of L make a covariance.
+//! One for each place and motion. Any numbers in the lower triangle of L make a covariance.
 
 use nalgebra::{Matrix2, Matrix4, SMatrix, SVector, Vector2, Vector4};
 
@@ -112,8 +110,7 @@ impl Gaussian {
         self.mean[2]
     }
 
-    /// Mean and covariance of position and velocity of all `parts`, whose weights need not sum to
-    /// 1.
+    /// Mean and covariance of position and velocity of all `parts`, of any sum of weights.
     pub(crate) fn moments<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> (Vector4<f64>, Matrix4<f64>) {
         let total: f64 = parts.clone().map(|of| of.weight).sum();
         let state = |of: &Self| Vector4::new(of.mean[0], of.mean[1], of.mean[3], of.mean[4]);
@@ -127,8 +124,7 @@ impl Gaussian {
         (mean, (sum + sum.transpose()) * 0.5)
     }
 
-    /// `count` particles of it, by the noise of measurement `k`. Of the velocity's variance, what
-    /// is equal along all axes stays with each particle.
+    /// `count` particles of it by the noise of measurement `k`; equal variance stays with each.
     pub(crate) fn particles(
         &self,
         k: u64,

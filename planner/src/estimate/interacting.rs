@@ -62,7 +62,6 @@ impl<'a> Interacting<'a> {
         mixture(&self.models, &self.probabilities)
     }
 
-    /// The prediction at the time of a report.
     fn predicted(&self, report: &Report) -> Self {
         let t = report.t_s - self.models[0].time;
         let speed = self.speed(report);
@@ -102,7 +101,6 @@ impl<'a> Interacting<'a> {
         self.models.iter().any(inside)
     }
 
-    /// Innovation of a position.
     fn innovation(&self, position: &Measurement) -> Innovation {
         let densities = self.models.iter().zip(&self.probabilities);
         let density: f64 =

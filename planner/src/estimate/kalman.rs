@@ -39,22 +39,15 @@ impl Kalman {
         velocity: &Vector2<f64>,
         covariance: &Matrix4<f64>,
     ) -> Self {
-        Self {
-            time,
-            mean: Vector4::new(position.x, position.y, velocity.x, velocity.y),
-            covariance: *covariance,
-        }
+        let mean = Vector4::new(position.x, position.y, velocity.x, velocity.y);
+        Self { time, mean, covariance: *covariance }
     }
 
-    /// Starts from one report.
     pub(crate) fn start(report: &Report, tuned: &EstimateNumbers) -> Self {
         let (position, velocity) = (report.sigma_m.powi(2), UNKNOWN_SPEED_SIGMA.powi(2));
         let variances = Vector4::new(position, position, velocity, velocity);
-        let mut filter = Self {
-            time: report.t_s,
-            mean: Vector4::new(report.position().x, report.position().y, 0.0, 0.0),
-            covariance: Matrix4::from_diagonal(&variances),
-        };
+        let covariance = Matrix4::from_diagonal(&variances);
+        let mut filter = Self::new(report.t_s, &report.position(), &Vector2::zeros(), &covariance);
         if let Some(track) = &report.ground_track() {
             filter.update(&Measurement::of_velocity(track, tuned));
         }
@@ -161,7 +154,6 @@ impl Measurement {
         expected.mahalanobis(self).0
     }
 
-    /// Square of the innovation.
     pub(crate) fn square_distance(&self, expected: &Kalman) -> f64 {
         (self.z - self.h * expected.mean).norm_squared()
     }

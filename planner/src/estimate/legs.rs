@@ -2,12 +2,11 @@
 
 use nalgebra::Vector2;
 
-use crate::{estimate::rigid_motion::number, facts::evidence::Report, tuned::EstimateNumbers};
+use crate::{facts::evidence::Report, tuned::EstimateNumbers};
 
 /// A point of a track: time, s, position north and east, m.
 pub(crate) type TrackPoint = [f64; 3];
 
-/// Position (north, east), m.
 pub(crate) fn place(point: &TrackPoint) -> Vector2<f64> {
     Vector2::new(point[1], point[2])
 }
@@ -105,8 +104,7 @@ const TURN: f64 = std::f64::consts::FRAC_PI_4;
 /// ```text
 /// ℓ = (ℓ₀ + Σ lᵢ) / (1 + Σ (1 − cos θᵢ))
 /// ```
-/// Turns by θ take a share 1 − cos θ of the mean of its direction; the legs between them are l
-/// long. ℓ₀ holds before any was seen.
+/// Turns by θ take a share 1 − cos θ of the mean direction; the legs between them are l long.
 pub(crate) fn forgetting_length(track: &[TrackPoint], tuned: &EstimateNumbers) -> f64 {
     let legs = track.windows(2).map(|pair| place(&pair[1]) - place(&pair[0]));
     let legs: Vec<_> = legs.filter(|leg| 0.0 < leg.norm()).collect();
@@ -149,7 +147,7 @@ impl PastWork {
         if turns == 0 || time <= 0.0 {
             return Self { between_turns: first_turn + time.max(0.0), area: None };
         }
-        let between_turns = time / number(turns);
+        let between_turns = time / turns as f64;
         let mean = |of: &dyn Fn(f64, Vector2<f64>, Vector2<f64>) -> f64| {
             pairs().map(|(time, from, to)| of(time, from, to)).sum::<f64>() / time
         };
@@ -214,8 +212,7 @@ mod tests {
         track
     }
 
-    /// Four lanes of 100 m, 20 m apart: six right angles on 460 m. A bad fix bends the first by
-    /// 10°.
+    /// Four lanes of 100 m, 20 m apart: six right angles on 460 m. A bad fix bends the first.
     const LANES: &[[f64; 2]] = &[
         [0.0, 0.0],
         [50.0, 4.0],

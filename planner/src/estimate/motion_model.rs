@@ -67,8 +67,14 @@ impl MotionModel {
 
     /// The transition over `t` seconds.
     pub(crate) fn over(&self, t: f64) -> Transition {
-        let Moments { travelled, kept, variances, correlation } = self.moments(t);
-        transition(travelled, kept, variances, correlation)
+        let Moments { travelled, kept, variances: [position, velocity], correlation } = self.moments(t);
+        let mut f = Matrix4::identity();
+        f.fixed_view_mut::<2, 2>(0, 2).copy_from(&turned(travelled));
+        f.fixed_view_mut::<2, 2>(2, 2).copy_from(&turned(kept));
+        let mut q = Matrix4::from_diagonal(&Vector4::new(position, position, velocity, velocity));
+        q.fixed_view_mut::<2, 2>(0, 2).copy_from(&turned(correlation));
+        q.fixed_view_mut::<2, 2>(2, 0).copy_from(&turned(correlation.conj()));
+        Transition { f, q }
     }
 
     /// The same along one axis; without a turn rate the numbers are real.
@@ -94,23 +100,6 @@ impl MotionModel {
             }
         }
     }
-}
-
-/// Combines the travelled distance per velocity, the kept velocity, the variances of position and
-/// velocity, and their covariance.
-fn transition(
-    travelled: Complex<f64>,
-    kept: Complex<f64>,
-    [position, velocity]: [f64; 2],
-    correlation: Complex<f64>,
-) -> Transition {
-    let mut f = Matrix4::identity();
-    f.fixed_view_mut::<2, 2>(0, 2).copy_from(&turned(travelled));
-    f.fixed_view_mut::<2, 2>(2, 2).copy_from(&turned(kept));
-    let mut q = Matrix4::from_diagonal(&Vector4::new(position, position, velocity, velocity));
-    q.fixed_view_mut::<2, 2>(0, 2).copy_from(&turned(correlation));
-    q.fixed_view_mut::<2, 2>(2, 0).copy_from(&turned(correlation.conj()));
-    Transition { f, q }
 }
 
 /// Multiplication by a complex number, as a matrix on (north, east).

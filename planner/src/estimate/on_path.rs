@@ -30,7 +30,6 @@ const STEPS_MAX: f64 = 180.0;
 /// Accuracy of a vehicle's own navigation, by which it follows the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Navigation {
-    /// Probability.
     share: f64,
     /// Standard deviation of the path's offset along either axis at the first report, m.
     offset_sigma: f64,
@@ -40,9 +39,8 @@ struct Navigation {
     parts: (&'static [f64], f64),
 }
 
-/// Initial offsets along the path by dead reckoning, in deviations, and their deviation: a filter
-/// is linear, and a turn at the wrong place is not. Otter on lanes at 0.9 m/s, path 20 m off: 1.26
-/// m, without parts 4.80 m.
+/// Initial offsets by dead reckoning, in deviations, and their deviation: a linear filter cannot
+/// turn at the wrong place. Otter on lanes, path 20 m off: 1.26 m, without parts 4.80 m.
 const PARTS: (&[f64], f64) = (&[0.0, -0.7, 0.7, -1.4, 1.4], 0.35);
 
 /// The usual navigation, and dead reckoning.
@@ -66,12 +64,9 @@ fn navigations(tuned: &EstimateNumbers) -> [Navigation; 2] {
 /// Accuracy with which a vehicle keeps to its path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tracking {
-    /// Probability.
     share: f64,
-    /// Standard deviation of its cross-track error, m.
     error_sigma: f64,
-    /// Variance that a turn adds to that error and to the place along the path, m²/rad: the vehicle
-    /// overshoots a corner or cuts it.
+    /// Variance that a turn adds to that error and to the place along the path, m²/rad.
     turn_density: f64,
     /// Standard deviation of the way that each radian of a turn takes beyond the path's, m/rad.
     corner_sigma: f64,
@@ -109,7 +104,6 @@ const PROBABILITY_MIN: f64 = 3.0e-3;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathHypothesis<'a> {
     pub(crate) known: &'a KnownPath,
-    /// Current (north, east), m/s.
     pub(crate) current: Vector2<f64>,
     /// Spread of its pace, (m/s)²/s.
     pub(crate) speed_density: f64,
@@ -230,7 +224,6 @@ impl PathFit {
         self.state[CORNER]
     }
 
-    /// Position on `known`, m.
     pub(crate) fn position(&self, known: &KnownPath) -> Vector2<f64> {
         let point = known.path.at(self.state.x);
         point.position + self.offset() + starboard(point.tangent) * self.error()
@@ -257,7 +250,6 @@ impl PathFit {
         foot_speed(speed, &assumed.current, tangent, self.sense) + self.sense * self.state.y
     }
 
-    /// The next turn.
     pub(crate) fn next_turn(&self, assumed: &PathHypothesis<'_>) -> Option<NextTurn> {
         let (path, tuned) = (&assumed.known.path, assumed.tuned);
         let pieces = path.pieces();
@@ -346,7 +338,6 @@ impl PathFit {
             + Matrix2::identity() * anywhere
     }
 
-    /// Predicts by `t` seconds.
     fn carry_on(&mut self, t: f64, assumed: &PathHypothesis<'_>) {
         let kept = (-t * self.spread.error_rate).exp();
         let way = t * self.rate(assumed);
@@ -513,7 +504,6 @@ impl<'a> OnPath<'a> {
         }
     }
 
-    /// The path hypothesis.
     pub(crate) fn assumed(&self) -> &PathHypothesis<'a> {
         &self.assumed
     }
@@ -529,7 +519,6 @@ impl<'a> OnPath<'a> {
         !self.hypotheses.is_empty()
     }
 
-    /// The most probable fit.
     pub(crate) fn fit(&self) -> PathFit {
         self.hypotheses.first().map_or_else(PathFit::default, |hypothesis| hypothesis.fit)
     }

@@ -9,9 +9,8 @@ const SIGMA: f64 = 1.5;
 const SPEED: f64 = 0.9;
 const AHEAD: f64 = 60.0;
 
-/// A vehicle on lanes whose place oscillates by `surge`, m, about that of a steady one. Returns
-/// medians for the forecast a minute ahead: of the normalised squared error, 1.4 for a true
-/// covariance, and of the variance, m².
+/// A vehicle on lanes whose place oscillates by `surge`, m. Returns medians for a minute ahead: of
+/// the normalised squared error, 1.4 for a true covariance, and of the variance, m².
 fn a_minute_ahead(surge: f64) -> (f64, f64) {
     let path = Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12);
     // A period of 90 s does not divide the 230 s of a lane, so the pace does not repeat.

@@ -21,14 +21,12 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix4, Vector2, Vector4};
 
-use crate::{estimate::motion_model::MotionModel, tuned::EstimateNumbers};
+use crate::{estimate::motion_model::MotionModel, facts::angle::starboard_of, tuned::EstimateNumbers};
 
-/// Share of the particles that begin on the ring of the first range; the others begin within it, as
-/// it may have gone a longer way.
+/// Share of the particles that begin on the first range's ring; the others begin within it.
 const ON_RING: f64 = 0.7;
 
-/// Share of particles that move without a look at the range, where it is as expected and where it
-/// is not.
+/// Share of particles that move without the range, where it is as expected and where it is not.
 const UNGUIDED: [f64; 2] = [0.1, 0.9];
 
 /// Square of the normalised innovation from which on a range is not as expected.
@@ -92,8 +90,7 @@ pub(crate) struct Cloud {
 }
 
 impl Cloud {
-    /// The vehicles that `sights`, at least one, in order of time, leave possible. Once `due`, few
-    /// are followed.
+    /// The vehicles that `sights`, at least one, leave possible: few of them once `due`.
     pub(crate) fn new(
         sights: &[Sight],
         normals: &Normals,
@@ -139,7 +136,6 @@ impl Cloud {
         self
     }
 
-    /// Mean and covariance of position and velocity.
     pub(crate) fn moments(&self) -> (Vector4<f64>, Matrix4<f64>) {
         let state = |of: &Particle| Vector4::new(of.position.x, of.position.y, of.velocity.x, of.velocity.y);
         let mean: Vector4<f64> = self.particles.iter().map(|of| state(of) * of.weight).sum();
@@ -163,8 +159,7 @@ impl Cloud {
         if is_lost { DENSITY_MIN } else { sum }
     }
 
-    /// Repeats likely particles and drops others, if few have most of the weight or another number
-    /// of them suits their spread.
+    /// Resamples if few particles have most of the weight, or another number suits their spread.
     fn resample(&mut self, k: u64, tuned: &EstimateNumbers, most: f64) {
         let (mean, covariance) = self.moments();
         debug_assert!(mean.iter().all(|number| number.is_finite()));
@@ -289,8 +284,7 @@ struct Ahead {
 }
 
 impl Ahead {
-    /// Updates with a telemetered velocity, unless it is outside the gate, and returns its
-    /// likelihood.
+    /// Updates with a telemetered velocity inside the gate, and returns its likelihood.
     fn take_velocity(&mut self, (said, variance): (Vector2<f64>, f64), tuned: &EstimateNumbers) -> f64 {
         let off = said - self.velocity;
         let sum = self.variance + variance;
@@ -347,16 +341,17 @@ impl Ahead {
         let bend = self.spread.sqrt() / radius.max(VARIANCE_MIN);
         let is_round = ROUND < bend;
         let ahead = if 0.0 < distance { to / distance } else { Vector2::new(1.0, 0.0) };
+        let aside = starboard_of(ahead);
         let is_unguided = draws.noise.unit() < unguided;
         let [along, across] = draws.normals.pair(&mut draws.noise);
         let (at, angle) = if is_unguided {
-            let at = self.position + (ahead * along + beside(&ahead) * across) * self.spread.sqrt();
+            let at = self.position + (ahead * along + aside * across) * self.spread.sqrt();
             let to = at - ring.from;
-            (at, if is_round { 0.0 } else { beside(&ahead).dot(&to).atan2(ahead.dot(&to)) })
+            (at, if is_round { 0.0 } else { aside.dot(&to).atan2(ahead.dot(&to)) })
         } else {
             let angle = if is_round { PI * (2.0 * draws.noise.unit() - 1.0) } else { bend * across };
             let (sin, cos) = angle.sin_cos();
-            let at = (ahead * cos + beside(&ahead) * sin) * (radius + radial.sqrt() * along).abs();
+            let at = (ahead * cos + aside * sin) * (radius + radial.sqrt() * along).abs();
             (ring.from + at, angle)
         };
         let distance = (at - ring.from).norm().max(1e-3);
@@ -371,8 +366,7 @@ impl Ahead {
     }
 }
 
-/// Likelihood of a range that is longer by `late`, m, than the vehicle is far, and the probability
-/// that it went a longer way.
+/// Likelihood of a range, longer by `late` than the distance, and the probability of a longer way.
 fn likelihood(late: f64, sigma: f64, tuned: &EstimateNumbers) -> (f64, f64) {
     let share = tuned.multipath_share;
     let direct = (1.0 - share) * gaussian(late, sigma * sigma);
@@ -388,11 +382,6 @@ fn gaussian(off: f64, variance: f64) -> f64 {
 /// Length of the hypotenuse, m, above 0; without the care for overflows, which takes time.
 fn length(along: f64, across: f64) -> f64 {
     (along * along + across * across).sqrt().max(VARIANCE_MIN)
-}
-
-/// Clockwise of `ahead`, seen from above.
-fn beside(ahead: &Vector2<f64>) -> Vector2<f64> {
-    Vector2::new(-ahead.y, ahead.x)
 }
 
 /// The numbers of one particle at one measurement.
@@ -425,8 +414,7 @@ impl Noise {
     }
 }
 
-/// Pairs of independent numbers of standard normal distribution: a table is faster than their
-/// formula.
+/// Pairs of numbers of standard normal distribution: a table is faster than their formula.
 pub(crate) struct Normals(Vec<[f64; 2]>);
 
 /// A power of two.

@@ -11,15 +11,13 @@ use crate::{
     tuned::EstimateNumbers,
 };
 
-/// A past state: time, s, position north and east, m, its standard deviation along either axis, m,
-/// and velocity over ground north and east, m/s.
+/// A past state: time, s, place, m, its standard deviation, m, and velocity over ground, m/s.
 pub(crate) type PastState = [f64; 6];
 
 /// Most past states, the newest ones: eight minutes. Corners of the track remember older ones.
 pub(crate) const PAST_STATES_MAX: usize = 48;
 
-/// Least interval between two, s: between fixes of an acoustic network. Closer ones have the same
-/// errors, and take time.
+/// Least interval between two, s: closer ones have the same errors, and take time.
 const INTERVAL_MIN: f64 = 10.0;
 
 /// Largest error of the distance between two, in standard deviations.
@@ -40,8 +38,7 @@ pub(crate) fn past_state(state: &AuvState, now: f64, tuned: &EstimateNumbers) ->
     ]
 }
 
-/// The newest of the `remembered` states from before the time `until`, s; none if they are no list
-/// of states in order of time.
+/// The newest of the `remembered` states before `until`, s; none if they are no valid list.
 pub(crate) fn before(remembered: &[PastState], until: f64) -> &[PastState] {
     let newest = &remembered[remembered.len().saturating_sub(PAST_STATES_MAX)..];
     let is_state = |[time, north, east, sigma, velocity @ ..]: &PastState| {
@@ -65,8 +62,7 @@ pub(crate) fn kept(past: &[PastState], newest: PastState) -> Vec<PastState> {
     kept.skip((past.len() + usize::from(is_apart)).saturating_sub(PAST_STATES_MAX)).collect()
 }
 
-/// `true` if a vehicle cannot have come from its `last` state to its `newest` one, even at twice
-/// the speed of either.
+/// `true` if a vehicle cannot have come there from `last`, even at twice the speed of either.
 pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
     let [from, to] = [last, newest].map(as_report);
     let speed =
@@ -75,7 +71,6 @@ pub(crate) fn is_jump(last: &PastState, newest: &PastState) -> bool {
     explained < (to.position() - from.position()).norm()
 }
 
-/// A past state as a report.
 pub(crate) fn as_report([t_s, north, east, sigma, velocity @ ..]: &PastState) -> Report {
     let velocity = Vector2::from(*velocity);
     Report::new(*t_s, Vector2::new(*north, *east), *sigma)

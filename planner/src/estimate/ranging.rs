@@ -34,8 +34,7 @@ const REFUSED: f64 = 0.5;
 /// Number of newest reports by which they are known again.
 const KNOWN_BY: usize = 8;
 
-/// Most reports that are added to an estimate before all are filtered together again: accuracies
-/// are doubted, and what was lost is found, by all alone.
+/// Most reports added to an estimate before all are filtered again, which finds what was lost.
 const ADDED_MAX: f64 = 32.0;
 
 /// Two places at one of which a vehicle is.
@@ -55,13 +54,11 @@ pub(crate) struct Ranged {
     pub(crate) gaussians: Vec<Gaussian>,
     /// What the next request returns; its Gaussians are these.
     pub(crate) memory: Ranging,
-    /// Depth, m, positive down.
     pub(crate) depth: f64,
 }
 
 impl Ranged {
-    /// Estimates from `reports`, at least one, in order of time. What the previous plan knew of the
-    /// older ones is carried on, if it fits.
+    /// Estimates from `reports`, at least one, carrying on what the previous plan knew if it fits.
     pub(crate) fn new(
         reports: &[(usize, Report)],
         before: Option<&Ranging>,
@@ -75,7 +72,6 @@ impl Ranged {
         Self { depth: reported.unwrap_or_else(unreported), gaussians, memory }
     }
 
-    /// The two places, if there are two.
     pub(crate) fn places(&self) -> Option<Places> {
         let part = |second: bool| {
             let of = || self.gaussians.iter().filter(move |of| of.is_second == second);
@@ -92,7 +88,6 @@ impl Ranged {
     }
 }
 
-/// What all `reports` leave possible.
 fn from_all(
     reports: &[(usize, Report)],
     tuned: &EstimateNumbers,
@@ -183,8 +178,7 @@ fn fingerprint(reports: &[(usize, Report)]) -> f64 {
     (numbers.fold(0, mixed) >> 12) as f64
 }
 
-/// The direction along which the positions fall apart, if they do, and where: the split across
-/// their longest axis that leaves the least variance within.
+/// The direction along which the positions fall apart, if they do, with least variance within.
 fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> {
     let (mean, covariance) = cloud.moments();
     let axis = direction(0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22));
@@ -207,8 +201,7 @@ fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> 
     (is_apart && PROBABILITY_MIN <= share.min(1.0 - share)).then(|| (axis, mean.xy().dot(&axis) + at))
 }
 
-/// The likeliest inflation of `claimed` accuracies, m, if it is much likelier than none, and what
-/// is then possible.
+/// The likeliest inflation of `claimed`, m, if much likelier than none, and what is then possible.
 ///
 /// Refused ranges would not show it: a vehicle that turns all the time explains any of them.
 fn consistent(claimed: &[Sight], tuned: &EstimateNumbers, due: &dyn Fn() -> bool) -> (f64, Cloud) {
@@ -236,7 +229,6 @@ fn wider(claimed: &[Sight], inflation: f64) -> Vec<Sight> {
     claimed.iter().map(wider).collect()
 }
 
-/// A report as a measurement.
 fn sight(report: &Report, all: &[(usize, Report)], tuned: &EstimateNumbers) -> Sight {
     let seen = match report.range_m {
         Some(range) => Seen::Range { from: report.position(), range, depth: depth_at(report.t_s, all) },

@@ -10,7 +10,7 @@ use crate::{
     estimate::{
         corners::{PLACES_MAX, Polyline, TrackCorner, TrackEdge},
         legs::{TrackPoint, legs, place, simplified},
-        rigid_motion::{Pattern, RigidMotion, number},
+        rigid_motion::{Pattern, RigidMotion},
     },
     facts::{
         evidence::{Report, SPEED_AT_REST},
@@ -88,16 +88,12 @@ pub(crate) struct PastTrack<'a> {
     sigma: f64,
     /// Its speed through the water in motion, m/s.
     speed: f64,
-    /// Current (north, east), m/s.
     current: Vector2<f64>,
-    /// The fixes of the reports (north, east), m.
     fixes: Vec<Vector2<f64>>,
 }
 
 impl<'a> PastTrack<'a> {
-    /// Through `reports`, in order of time, in a `current` (north, east), m/s, after the
-    /// `remembered` track of an earlier answer, for a `scatter` about its legs in standard
-    /// deviations of a fix.
+    /// Through `reports` after an earlier track, for a `scatter` about its legs in sigmas of a fix.
     pub(crate) fn new(
         remembered: &[TrackPoint],
         reports: &[(usize, Report)],
@@ -153,10 +149,9 @@ impl<'a> PastTrack<'a> {
         best.map(|(_, repeats)| repeats)
     }
 
-    /// Mean squared distance of the fixes from a path, m².
     fn mean_square_distance(&self, path: &Path) -> f64 {
         let off = |fix: &Vector2<f64>| (path.at(path.closest(fix)).position - fix).norm_squared();
-        self.fixes.iter().map(off).sum::<f64>() / number(self.fixes.len())
+        self.fixes.iter().map(off).sum::<f64>() / self.fixes.len() as f64
     }
 
     /// Way-points with turns of `radius`, m, and the speeds of the legs that end at them.
@@ -205,13 +200,13 @@ impl<'a> PastTrack<'a> {
                 continue;
             };
             if best.as_ref().is_none_or(|best| motion.residual < best.motion.residual) {
-                best = Some(Match { span, lag: spacing * number(lag), motion });
+                best = Some(Match { span, lag: spacing * lag as f64, motion });
             }
         }
         let best = self.refined(&track, &places, spacing, best?);
         let (mean_square, path) = self.path(&track, &best, radius)?;
         let pattern = best.motion.pattern(self.tuned.residual_max * self.sigma);
-        let times = (spacing * number(best.span) + best.lag) / best.lag;
+        let times = (spacing * best.span as f64 + best.lag) / best.lag;
         let since_first_corner = (track.length() - track.along[1]) / best.lag;
         let repeats = Repeats {
             trust: self.trust(times, since_first_corner),
@@ -282,8 +277,8 @@ impl<'a> PastTrack<'a> {
         let most = (REFINED_BY * spacing).min(REFINED_SHARE * lag);
         let at_lag = |lag: f64, span: usize| {
             let later = &places[places.len() - 1 - span..];
-            let start = track.length() - lag - spacing * number(span);
-            let earlier = (0..later.len()).map(|place| track.at(start + spacing * number(place)));
+            let start = track.length() - lag - spacing * span as f64;
+            let earlier = (0..later.len()).map(|place| track.at(start + spacing * place as f64));
             let motion = RigidMotion::between(&earlier.collect::<Vec<_>>(), later, mirrored);
             (0.0 <= start).then_some(Match { span, lag, motion })
         };
@@ -294,7 +289,7 @@ impl<'a> PastTrack<'a> {
                 .min_by(|a, b| a.motion.residual.total_cmp(&b.motion.residual))
         };
         let mut best = near(&coarse, coarse.span).unwrap_or(coarse);
-        let fits = |span: &usize| best.lag + spacing * number(*span) <= track.length();
+        let fits = |span: &usize| best.lag + spacing * *span as f64 <= track.length();
         let longest = (best.span..places.len()).rev().find(fits).unwrap_or(best.span);
         while best.span < longest {
             let span = (best.span * 3 / 2 + 1).min(longest);
@@ -306,8 +301,7 @@ impl<'a> PastTrack<'a> {
         best
     }
 
-    /// The track to its last corner, continued by the pattern; and the mean squared distance of the
-    /// fixes.
+    /// The track to its last corner, continued by the pattern; and the fixes' mean square off.
     fn path(&self, track: &Polyline, best: &Match, radius: f64) -> Option<(f64, Path)> {
         let (_, known) = track.points.split_last()?;
         let mut points = known.to_vec();
@@ -384,7 +378,6 @@ fn turned(places: &[Complex<f64>]) -> Vec<f64> {
 struct Match {
     /// Number of its points minus one.
     span: usize,
-    /// The lag, m.
     lag: f64,
     motion: RigidMotion,
 }
@@ -420,11 +413,8 @@ mod tests {
         Path::lawn_mower(Vector2::new(7.0, -3.0), 0.4, 200.0, 30.0, 12)
     }
 
-    /// A path through way-points.
     fn through(points: Vec<[f64; 2]>) -> Path {
-        let segments = vec![Segment::Waypoints { points, fillet_m: None, turn_radius_m: None, legs: vec![] }];
-        let declared = DeclaredPath { segments, closed: false, speed_mps: SPEED };
-        declared.path().expect("is a path")
+        declared_through(points, None, SPEED).path().expect("is a path")
     }
 
     /// Distance, 60 s after a `time`, of a vehicle from the continuation of its track, m.

@@ -16,12 +16,6 @@ pub enum Pattern {
     Other,
 }
 
-/// A count of a few hundred.
-#[inline]
-pub(crate) fn number(count: usize) -> f64 {
-    count as f64
-}
-
 /// A rotation and a translation, after a reflection if mirrored.
 #[derive(Clone)]
 pub(crate) struct RigidMotion {
@@ -36,10 +30,9 @@ pub(crate) struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// The motion of `earlier` closest to `later` in the mean square: the rotation is the phase of
-    /// Σ ā b, both relative to their means.
+    /// The motion of `earlier` closest to `later` in the mean square: by the phase of Σ ā b.
     pub(crate) fn between(earlier: &[Complex<f64>], later: &[Complex<f64>], mirrored: bool) -> Self {
-        let n = number(later.len());
+        let n = later.len() as f64;
         let reflected = |point: &Complex<f64>| if mirrored { point.conj() } else { *point };
         let from = earlier.iter().map(reflected).sum::<Complex<f64>>() / n;
         let to = later.iter().sum::<Complex<f64>>() / n;
@@ -77,7 +70,7 @@ impl RigidMotion {
             Some(*place)
         });
         let closes = laps.enumerate().any(|(turns, place)| {
-            let turn = self.turn.powf(number(turns + 1));
+            let turn = self.turn.powf((turns + 1) as f64);
             (place - self.to).norm() < same && (self.mirrored || (turn - 1.0).norm() * self.extent < same)
         });
         if closes { Pattern::Laps } else { Pattern::Other }

@@ -30,7 +30,6 @@ const INFLATION_MAX: f64 = 250.0;
 pub(crate) struct ScreenedReports<'a> {
     /// Reports with inflated standard deviations, without courses and speeds that fixes contradict.
     pub(crate) reports: Vec<(usize, Report)>,
-    /// The track through them.
     pub(crate) track: Track<Interacting<'a>>,
     /// Root of the variance added to each fix, m; 0 if the claims are consistent.
     pub(crate) inflation: f64,
@@ -39,8 +38,7 @@ pub(crate) struct ScreenedReports<'a> {
 }
 
 impl<'a> ScreenedReports<'a> {
-    /// Screens `claimed` reports, at least one, in order of time. Once `due`, no inflation is
-    /// tried.
+    /// Screens `claimed` reports, at least one. Once `due`, no inflation is tried.
     pub(crate) fn new(
         claimed: Vec<(usize, Report)>,
         tuned: &'a EstimateNumbers,
@@ -116,7 +114,6 @@ fn inflated<'a>(
     best
 }
 
-/// Mean distance between successive fixes, m.
 fn mean_step(reports: &[(usize, Report)]) -> f64 {
     let pairs = reports.iter().zip(&reports[1..]);
     mean(pairs.map(|((_, from), (_, to))| (to.position() - from.position()).norm()))

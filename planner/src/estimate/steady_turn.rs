@@ -3,7 +3,6 @@
 use nalgebra::{Complex, Vector2};
 
 use crate::{
-    estimate::rigid_motion::number,
     facts::{
         angle::Course,
         evidence::{AuvState, Report},
@@ -26,7 +25,6 @@ const RATES: (i32, f64, f64) = (26, 0.005, 1.1);
 pub(crate) struct SteadyTurn {
     /// Velocity at the newest fix over ground (north, east), m/s.
     velocity: Vector2<f64>,
-    /// Rate of turn, rad/s.
     rate: f64,
     /// Time for which it has lasted, s.
     lasted: f64,
@@ -43,8 +41,7 @@ struct Sums {
     zz: f64,
 }
 
-/// The turn of the fixes in a window, or their straight line: rate of turn, position, velocity, and
-/// the sum of squared normalised residuals.
+/// The turn of the fixes in a window, or their line: rate, position, velocity, and misfit.
 type Fitted = (f64, (Complex<f64>, Complex<f64>, f64));
 
 impl Sums {
@@ -71,8 +68,7 @@ impl Sums {
 }
 
 impl SteadyTurn {
-    /// The `state` of the same vehicle in this turn. Its place is filtered from the newest fixes,
-    /// its course would lag behind.
+    /// The `state` in this turn. Its place is filtered from the newest fixes, its course would lag.
     pub(crate) fn of(&self, state: &AuvState) -> AuvState {
         AuvState {
             course_rad: Course::of(&self.velocity).radians(),
@@ -87,8 +83,7 @@ impl SteadyTurn {
         self.velocity.norm() * self.lasted
     }
 
-    /// The longest steady turn to the newest of the `fixes`, if a straight line fits them far
-    /// worse. `None` if that one has a course, which tells more.
+    /// The longest steady turn to the newest of the `fixes`, if none has a course and no line fits.
     ///
     /// ```text
     /// z(t) = p + v b(t)     b = (exp(i ω t) − 1) / (i ω)
@@ -135,7 +130,7 @@ impl SteadyTurn {
         let longest_first = windows.skip(FIXES_MIN - 1).rev();
         let mut turns = longest_first.filter_map(|(place, ((turn, line), (time, ..)))| {
             let ((rate, (_, velocity, misfit)), (_, (.., bent)), lasted) = (turn, line, -time);
-            let freedom = number(2 * place - 3);
+            let freedom = (2 * place - 3) as f64;
             let is_clear = misfit <= freedom + tuned.steady_turn_misfit * (2.0 * freedom).sqrt()
                 && tuned.steady_turn_gain <= bent - misfit
                 && tuned.steady_turn_time <= lasted
@@ -165,11 +160,8 @@ mod tests {
         SteadyTurn::newest(&times.map(fix).collect::<Vec<_>>(), &EstimateNumbers::DEFAULT)
     }
 
-    /// A path through way-points in lines.
     fn through(points: Vec<[f64; 2]>) -> Path {
-        let segments = vec![Segment::Waypoints { points, fillet_m: None, turn_radius_m: None, legs: vec![] }];
-        let declared = DeclaredPath { segments, closed: false, speed_mps: SPEED };
-        declared.path().expect("is a path")
+        declared_through(points, None, SPEED).path().expect("is a path")
     }
 
     #[test]

@@ -79,8 +79,7 @@ impl Random {
     }
 }
 
-/// `n` reports of a vehicle that starts with `velocity` and moves as the filter's model, with its
-/// position and velocity at the last.
+/// `n` reports of a vehicle that moves as the filter's model, with its last position and velocity.
 fn flight(seed: u64, n: usize, velocity: Vector2<f64>) -> (Vec<Report>, Vector2<f64>, Vector2<f64>) {
     let mut random = Random(seed);
     let (mut position, mut velocity) = (Vector2::new(40.0, -70.0), velocity);
@@ -358,9 +357,8 @@ fn a_followed_path_improves_the_estimate() {
 
 #[test]
 fn the_error_along_a_path_is_within_the_covariance() {
-    // The normalised squared error, eᵀ P⁻¹ e, is χ² with two degrees of freedom; the sum over 200
-    // seeds has 400, and 97.5 % lie below 457.3 (tabulated). Here it is less: the vehicle keeps its
-    // exact speed and its offset.
+    // The normalised squared error, eᵀ P⁻¹ e, is χ² with two degrees of freedom; the sum of 200 has
+    // 400, and 97.5 % lie below 457.3. Here it is less: the vehicle keeps its speed and its offset.
     let squared = (0..200).map(|seed| {
         let (known, reports, truth) = lanes(seed);
         let state = estimate_along(&known, &reports).state;
@@ -434,13 +432,7 @@ fn an_undeclared_turn_radius_is_estimated() {
             let [from, to] = if k.is_multiple_of(2) { [0, 1] } else { [1, 0] };
             [[ends[from], east], [ends[to], east]]
         };
-        let waypoints = Segment::Waypoints {
-            points: (0..6).flat_map(row).collect(),
-            fillet_m: None,
-            turn_radius_m,
-            legs: vec![],
-        };
-        DeclaredPath { segments: vec![waypoints], closed: false, speed_mps: 1.0 }
+        declared_through((0..6).flat_map(row).collect(), turn_radius_m, 1.0)
     };
     let known = |path: &DeclaredPath| path.known().expect("is a path");
     let declared = lanes(None);

@@ -6,9 +6,7 @@ use crate::{facts::evidence::Report, tuned::EstimateNumbers};
 /// With 2 % of outliers spread over 20 m, three agree by chance once in a million.
 const AGREEING_TO_TAKE_OVER: usize = 3;
 
-/// The same if the second is reached from the first with the track's velocity: the vehicle
-/// corrected its position when it surfaced. Two such outliers are within 8 m in one of 25 pairs:
-/// one refused report in sixty thousand.
+/// The same if the track's velocity leads from the first to the second, rarely by chance.
 const AGREEING_TO_BE_MOVED: usize = 2;
 
 /// A filter of a vehicle's motion with a gate.
@@ -18,14 +16,12 @@ pub(crate) trait Filter {
     /// Updates with `report`, not older than the previous one, if its position is inside the gate.
     fn accept(&mut self, report: &Report) -> Innovation;
 
-    /// The vehicle after a jump to `report`.
     fn found_at(&self, report: &Report) -> Self;
 }
 
 /// Innovation of a report's position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Innovation {
-    /// `true` inside the gate.
     pub(crate) accepted: bool,
     /// Its square, normalised by its covariance.
     pub(crate) normalised: f64,
@@ -49,8 +45,7 @@ impl Innovation {
 
     /// Logarithm of its probability density, 1/m².
     ///
-    /// Outliers have Student's distribution with two degrees of freedom: a distant one is no less
-    /// probable than a few fixes of a wrong accuracy.
+    /// Outliers have Student's distribution: a distant one is no less probable than a few others.
     pub(crate) fn log_likelihood(&self, tuned: &EstimateNumbers) -> f64 {
         let variance = tuned.outlier_scale * tuned.outlier_scale + self.variance;
         let student = (1.0 + 0.5 * self.square / variance).powi(-2) / (std::f64::consts::TAU * variance);

@@ -89,14 +89,8 @@ fn random_walk() -> Vec<Vector2<f64>> {
 /// share along a route. The vehicle declares its way-points alone, or nothing.
 fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) -> [f64; 3] {
     let positions = vehicle.positions(points);
-    let waypoints = Segment::Waypoints {
-        points: points.iter().map(|point| (*point).into()).collect(),
-        fillet_m: None,
-        turn_radius_m: None,
-        legs: vec![],
-    };
-    let declared =
-        declares.then(|| DeclaredPath { segments: vec![waypoints], closed: false, speed_mps: SPEED });
+    let waypoints = points.iter().map(|point| (*point).into()).collect();
+    let declared = declares.then(|| declared_through(waypoints, None, SPEED));
     let known = declared.as_ref().map(|path| path.known().expect("is a path"));
     let (mut squares, mut inside, mut followed, mut n) = (0.0, 0.0, 0.0, 0.0);
     for seed in [20] {
@@ -134,8 +128,7 @@ fn a_minute_ahead(vehicle: &Vehicle, points: &[Vector2<f64>], declares: bool) ->
     [f64::sqrt(squares / n), inside / n, followed / n]
 }
 
-/// Prints errors and coverage; the bounds are for other tracks and seeds than the numbers were
-/// chosen on.
+/// Prints errors and coverage; the bounds hold for tracks that the numbers were not chosen on.
 #[test]
 fn vehicles_that_weave_overshoot_or_cut_corners_keep_their_routes() {
     let most = [(3.0, 9.0), (6.0, 8.0), (6.0, 11.0), (5.0, 23.0), (14.0, 24.0)];

@@ -11,8 +11,7 @@ use crate::{
     tuned::EstimateNumbers,
 };
 
-/// Interval between two courses for a rate of turn, s. Assumption: a shorter one shows only errors,
-/// and in a longer one a turn begins and ends.
+/// Interval between courses for a rate of turn, s: shorter shows errors, in longer a turn begins.
 const BETWEEN: std::ops::RangeInclusive<f64> = 0.1..=30.0;
 
 /// Largest turn between two courses with an unambiguous sense, rad.
@@ -21,8 +20,7 @@ const TURNED_MAX: f64 = 2.0;
 /// Largest rate of turn that a snapshot accepts, rad/s.
 const RATE_MAX: f64 = 1.0;
 
-/// Rate of turn from the velocity `before`, `between` seconds earlier, to `after`, rad/s, positive
-/// clockwise; `None` if undetermined.
+/// Rate of turn between two velocities, `between` seconds apart, rad/s; `None` if undetermined.
 pub(crate) fn turn_rate(before: &Vector2<f64>, after: &Vector2<f64>, between: f64) -> Option<f64> {
     let moving = before.norm() >= SPEED_AT_REST && after.norm() >= SPEED_AT_REST;
     let turned = wrap(angle_of(after) - angle_of(before));

@@ -14,8 +14,7 @@ pub fn wrap(angle: f64) -> f64 {
     if wrapped > PI { wrapped - TAU } else { wrapped }
 }
 
-/// Rotation by `psi` from the body (or target, or path) frame to NED:
-/// `v_ned = ned_from_body(psi) * v_body`.
+/// Rotation from the body (or target, or path) frame to NED: `v_ned = ned_from_body(psi) * v_body`.
 pub fn ned_from_body(psi: f64) -> nalgebra::Matrix2<f64> {
     let (sin, cos) = psi.sin_cos();
     nalgebra::Matrix2::new(cos, -sin, sin, cos)

@@ -1,6 +1,7 @@
 //! Bounds of the craft's position: keep-outs, area, acoustic range, distance to surfaced AUVs.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fmt::Display;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -13,11 +14,10 @@ use crate::facts::{
     ranges::{ACOUSTIC_RANGE, AREA_CORNERS, COORDINATE_MAX, KEEP_OUT, KEEP_OUTS_MAX, SURFACING_SEPARATION},
 };
 
-/// Shortest side and least width of an area, m; smaller values are mistakes.
-const AREA_SIZE_MIN: f64 = 0.1;
+/// Shortest side and least width of an area, and side of the smallest square, m.
+pub(crate) const SIZE_MIN: f64 = 0.1;
 
-/// Largest turn of a corner to the wrong side, rad: allows for rounded corners on a straight side.
-/// A side of a kilometre then leaves the area by a millimetre.
+/// Largest turn of a corner to the wrong side, rad: a millimetre at the side of a kilometre.
 const STRAIGHT: f64 = 1.0e-6;
 
 /// Largest distance of a corner within the sides of an area, m; the area then omits the corner.
@@ -80,8 +80,7 @@ pub(crate) fn separation_fault(separation: Option<f64>) -> Option<FieldError> {
     FieldError::outside("/surfacing_separation_m", separation?, &SURFACING_SEPARATION)
 }
 
-/// Corners (north, east) of a checked area without its dents, clockwise seen from above; begins
-/// with the first remaining corner.
+/// Corners of a checked area without its dents, clockwise, from the first remaining one.
 pub fn clockwise(area: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let mut border: Vec<_> = border(area).into_iter().map(|i| area[i]).collect();
     if doubled_area(area) < 0.0 {
@@ -147,19 +146,15 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<FieldError> {
     let n = area.len();
     let side = |i: usize| area[(i + 1) % n] - area[i % n];
     for i in 0..n {
-        let given = side(i).norm();
-        if given < AREA_SIZE_MIN {
-            let place = format_args!("/area/{}", (i + 1) % n);
-            let detail = format!(
-                "is {given} m from the corner before it, less than {AREA_SIZE_MIN} m: give every corner once"
-            );
-            return Some(too_small(FieldError::new(place, "too_near", detail), given));
+        let too_near = too_near(format_args!("/area/{}", (i + 1) % n), side(i).norm());
+        if too_near.is_some() {
+            return too_near;
         }
     }
     let given = (0..n).map(|i| width_from(area, i)).fold(f64::INFINITY, f64::min);
-    if given < AREA_SIZE_MIN {
-        let detail = format!("the area is only {given} m wide, less than {AREA_SIZE_MIN} m");
-        return Some(too_small(FieldError::new("/area", "too_narrow", detail), given));
+    if given < SIZE_MIN {
+        let detail = format!("the area is only {given} m wide, less than {SIZE_MIN} m");
+        return Some(too_small("/area", "too_narrow", detail, given));
     }
     let kept = border(area);
     let orientation = doubled_area(area).signum();
@@ -180,8 +175,15 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<FieldError> {
     None
 }
 
-fn too_small(fault: FieldError, given: f64) -> FieldError {
-    fault.given(given).limit(json!({ "least": AREA_SIZE_MIN }))
+/// The fault of a corner at this distance from the one before it, m.
+pub(crate) fn too_near(place: impl Display, given: f64) -> Option<FieldError> {
+    let detail =
+        format!("is {given} m from the corner before it, less than {SIZE_MIN} m: give every corner once");
+    (given < SIZE_MIN).then(|| too_small(place, "too_near", detail, given))
+}
+
+pub(crate) fn too_small(place: impl Display, code: &str, detail: String, given: f64) -> FieldError {
+    FieldError::new(place, code, detail).given(given).limit(json!({ "least": SIZE_MIN }))
 }
 
 /// Distance of the farthest corner from the line along side `i`, m.
@@ -192,10 +194,9 @@ fn width_from(area: &[Vector2<f64>], i: usize) -> f64 {
 }
 
 /// Twice the enclosed area, m², positive if the corners go clockwise seen from above.
-fn doubled_area(area: &[Vector2<f64>]) -> f64 {
+pub(crate) fn doubled_area(area: &[Vector2<f64>]) -> f64 {
     // Relative to a corner: far from the datum the differences would lose their digits.
-    let fan = area.windows(2).map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0])));
-    fan.sum()
+    area.windows(2).map(|pair| (pair[0] - area[0]).perp(&(pair[1] - area[0]))).sum()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix4, Vector2};
 use serde::{Deserialize, Serialize};
+use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
 use crate::facts::angle::Course;
@@ -15,6 +16,7 @@ pub const SPEED_AT_REST: f64 = 0.05;
 pub(crate) const FORECAST_AGE_MAX: f64 = 3600.0;
 
 /// State of an underwater vehicle at the time of its last report.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AuvState {
@@ -23,10 +25,8 @@ pub struct AuvState {
     /// Position east of the datum, m.
     pub east_m: f64,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Depth, m, positive down.
     pub depth_m: f64,
@@ -44,7 +44,6 @@ pub struct AuvState {
     pub age_s: f64,
     /// Covariance of north, east, north velocity and east velocity at that time, row by row, in m²,
     /// m²/s and m²/s²; symmetric, no eigenvalue negative. Default: unknown.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<[[f64; 4]; 4]>,
 }
 
@@ -94,6 +93,7 @@ impl AuvState {
 }
 
 /// A measured position of an underwater vehicle, or a range to it, with the telemetry sent with it.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Report {
@@ -101,55 +101,44 @@ pub struct Report {
     /// now. If all reports are older than an hour, only the newest counts.
     pub t_s: f64,
     /// Position north of the datum, m. Required unless `range_m` or `travel` is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub north_m: Option<f64>,
     /// Position east of the datum, m. Required unless `range_m` or `travel` is given.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub east_m: Option<f64>,
     /// Latitude, degrees, positive north. Needs `origin`, `lon_deg`; replaces `north_m`, `east_m`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lat_deg: Option<f64>,
     /// Longitude, degrees, positive east.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lon_deg: Option<f64>,
     /// Measured slant range, m, instead of a position. Multipath makes it longer, never shorter.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range_m: Option<f64>,
     /// Measured travel time, instead of `range_m`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub travel: Option<TravelTime>,
     /// Position [north, east] of the surface craft when it measured the range, m. Default: where it
     /// was at `t_s`: in a request for ranges of the last 2 s, in a mission by its reported states
     /// within 2 s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<[f64; 2]>,
     /// Standard deviation of the position along either axis, or of the range with the error of
     /// `from`, m. The estimator raises it if the measurements scatter more.
     pub sigma_m: f64,
     /// Telemetered depth, m, positive down. Default: not reported; 0 if no report states it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depth_m: Option<f64>,
     /// Telemetered course over ground, rad, within ±2π. Needs `speed_mps`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course_rad: Option<f64>,
     /// Telemetered horizontal speed over ground, m/s, never negative. Needs `course_rad`. Fixes
     /// that contradict course and speed override them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed_mps: Option<f64>,
     /// Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60
     /// s; without one, the courses of the two newest reports give the rate. Default: not reported.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub turn_rate_radps: Option<f64>,
 }
 
 /// Travel time of sound between the surface craft and an underwater vehicle.
+#[skip_serializing_none]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TravelTime {
     /// From sending to reception, s: one way, or with `reply_delay_s` there and back.
     pub time_s: f64,
     /// Time from reception at the vehicle to its reply, s. Default: the time is that of one way.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reply_delay_s: Option<f64>,
     /// Mean speed of sound along the way, m/s.
     #[serde(default = "sound_speed")]

@@ -66,13 +66,8 @@ pub struct CraftAssignment {
     #[schema(value_type = Vec<String>)]
     pub auvs: Vec<VehicleId>,
     /// `true` for a spare craft that localises them beside the one whose they are.
-    #[serde(default, skip_serializing_if = "is_no")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub beside: bool,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
-fn is_no(said: &bool) -> bool {
-    !said
 }
 
 /// A transmission in a slot of the acoustic network.

@@ -107,7 +107,6 @@ pub(crate) enum Names<'a> {
 }
 
 impl Goal {
-    /// The vehicles that the goal names.
     pub(crate) fn names(&self) -> Names<'_> {
         match self {
             Self::Track { auv } => Names::One(auv),
@@ -130,7 +129,6 @@ impl Goal {
         listed.iter().chain(weights.into_iter().flat_map(BTreeMap::keys))
     }
 
-    /// The weight of a vehicle that the goal names.
     pub(crate) fn weight(&self, id: &VehicleId) -> f64 {
         match self {
             Self::Weighted { weights } => weights[id],
@@ -147,8 +145,7 @@ impl Goal {
         self.named().filter(|id| 0.0 < self.weight(id))
     }
 
-    /// The goal of a craft that serves those vehicles alone of which `serves` says so; none without
-    /// any.
+    /// The goal of a craft that serves only vehicles of which `serves` is true; none without any.
     pub(crate) fn only(&self, serves: impl Fn(&VehicleId) -> bool) -> Option<Self> {
         let keep = |auvs: &mut Vec<VehicleId>| auvs.retain(&serves);
         let keep_each = |numbers: &mut BTreeMap<VehicleId, f64>| numbers.retain(|id, _| serves(id));

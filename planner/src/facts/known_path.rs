@@ -32,8 +32,7 @@ pub struct DeclaredPath {
 /// observed. Assumption: survey AUVs of 1.5 m/s turn at 10 m, others at up to 27 m.
 pub(crate) const TURN_RATES: [f64; 3] = [0.15, 0.09, 0.055];
 
-/// Least turn of a corner that a vehicle does not cut, rad: its arc would begin farther from the
-/// way-point than 1.7 radii.
+/// Least turn of a corner that is not cut, rad: its arc would begin 1.7 radii from the way-point.
 const SHARP_FROM: f64 = PI * 2.0 / 3.0;
 
 /// Rate of turn at such a corner of a vehicle that cuts others, rad/s.
@@ -117,15 +116,12 @@ pub struct KnownPath {
 }
 
 impl KnownPath {
-    /// Horizontal speed through the water at a `point` of the path, m/s.
     pub(crate) fn speed_at(&self, point: &PathPoint) -> f64 {
         point.leg.speed_mps.unwrap_or(self.horizontal_speed)
     }
 }
 
-/// Largest distance at which an AUV is on its path, m; beyond it, [`Forecast::Auto`] uses its
-/// motion alone. Assumption: ten standard deviations of an acoustic fix (1.5 m); less than any lane
-/// is long.
+/// Largest distance at which an AUV is on its path, m. Assumption: ten σ of an acoustic fix.
 pub(crate) const OFFSET_FROM_PATH_MAX: f64 = 15.0;
 
 /// Position uncertainty in the search for the place, m: two standard deviations of an acoustic fix
@@ -136,8 +132,7 @@ const POSITION_UNCERTAINTY: f64 = 3.0;
 /// Assumption: lanes of a lawn-mower are distinguished up to four fifths of the way between them.
 const WRONG_WAY: f64 = 4.0;
 
-/// Arc length of a vehicle in `state` on its known path: the closest place, where a place that
-/// leads against the vehicle's course counts as farther away.
+/// Arc length of a vehicle on its known path: the closest place, but those against its course.
 pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
     known.path.closest_by(&state.position(), |distance, point| {
         // Against a strong current the vehicle moves backwards along its path.
@@ -156,14 +151,12 @@ pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vecto
 /// twice the vehicle's speed; farther inside, a vehicle does not follow the bend.
 pub(crate) const FOOT_FACTOR_MIN: f64 = 0.5;
 
-/// Speed of the vehicle's place on a path with this `tangent`, m/s. `sense`: 1, or −1 for a vehicle
-/// that follows the path backwards.
+/// Speed of the vehicle's place on a path with this `tangent`, m/s; `sense` −1: backwards.
 pub(crate) fn foot_speed(u_h: f64, current: &Vector2<f64>, tangent: f64, sense: f64) -> f64 {
     if sense < 0.0 { -speed_along(u_h, current, tangent + PI) } else { speed_along(u_h, current, tangent) }
 }
 
-/// Speed over ground along a tangent, m/s, of a vehicle with horizontal speed `u_h` through the
-/// water that holds its course in a `current` (north, east), m/s.
+/// Speed over ground along a tangent, m/s, at `u_h` through the water in a `current`, m/s.
 pub(crate) fn speed_along(u_h: f64, current: &Vector2<f64>, tangent: f64) -> f64 {
     let in_path_frame = ned_from_body(tangent).transpose() * current;
     let (along, across) = (in_path_frame.x, in_path_frame.y);

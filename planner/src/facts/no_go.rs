@@ -51,7 +51,6 @@ impl NoGo {
     }
 }
 
-/// Corners of a ring as vectors, m.
 pub(crate) fn corners_of(ring: &[[f64; 2]]) -> Vec<Vector2<f64>> {
     ring.iter().copied().map(Vector2::from).collect()
 }

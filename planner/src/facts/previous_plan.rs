@@ -179,12 +179,10 @@ impl From<&crate::facts::evidence::AuvState> for PreviousEstimate {
 }
 
 impl PreviousEstimate {
-    /// Position (north, east), m.
     pub(crate) fn position(&self) -> Vector2<f64> {
         Vector2::new(self.north_m, self.east_m)
     }
 
-    /// Velocity over ground (north, east), m/s.
     pub(crate) fn velocity(&self) -> Vector2<f64> {
         Vector2::new(self.north_mps, self.east_mps)
     }
@@ -194,7 +192,6 @@ impl PreviousEstimate {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RememberedTarget {
     pub(crate) model: ForecastModel,
-    /// Estimate from which it was forecast.
     pub(crate) estimate: PreviousEstimate,
     /// Velocity over ground (north, east) that model and report do not explain, m/s.
     pub(crate) drift: Vector2<f64>,

@@ -68,8 +68,7 @@ pub const AREA_CORNERS: RangeInclusive<usize> = 3..=64;
 /// Acoustic range, m: from the least distance of a craft to the largest range of a modem.
 pub const ACOUSTIC_RANGE: RangeInclusive<f64> = 1.0..=2.0e4;
 
-/// Distance to keep from an AUV at the surface, m. Assumption: from half the length of a small
-/// craft to the most that a tending craft may be asked for.
+/// Distance to keep from a surfaced AUV, m. Assumption: from half a small craft's length on.
 pub const SURFACING_SEPARATION: RangeInclusive<f64> = 0.5..=100.0;
 
 /// Most vessels in one snapshot.
@@ -271,8 +270,7 @@ pub(crate) const LIMITS: [Range; 4] = [
     ("deceleration_max_mps2", 0.001..=5.0),
 ];
 
-/// Limits that no snapshot checks alone: the least top speed depends on the slowest speed, and the
-/// lag is the craft's.
+/// Limits that no snapshot checks alone: one depends on the slowest speed, one is the craft's.
 pub const LIMITS_ALONE: [Range; 2] =
     [("speed_max_mps", 0.0..=SPEED_MAX_MOST), ("surge_lag_s", TIME_CONSTANT)];
 

@@ -1,9 +1,8 @@
 //! Enums of which a member names the variant: `{"kind": "track", "auv": "a"}`.
 //!
-//! serde's own reader of them buffers the object and loses the place of a fault. [`tagged`] derives
-//! a reader of the form with the name outside, `{"track": {"auv": "a"}}`, which scenario files
-//! have. A deserializer that knows [`TAGGED`] shows its object in that form; of others, it is
-//! copied.
+//! serde's own reader buffers the object and loses the place of a fault. [`tagged`] derives a
+//! reader of the form `{"track": {"auv": "a"}}`, which scenario files have. A deserializer that
+//! knows [`TAGGED`] shows its object in that form; of others, it is copied.
 
 use std::{fmt, marker::PhantomData};
 

@@ -193,8 +193,7 @@ pub struct Encounter {
     pub tcpa_s: f64,
     /// Least distance from the vessel on the foreseen way, m.
     pub passes_m: f64,
-    /// The side of the vessel's course on which it passes the craft: how far to starboard the craft
-    /// then is, m.
+    /// How far to starboard of the vessel's course the craft is when it passes it, m.
     pub starboard_m: f64,
     /// Distance that is kept from its position now, m.
     pub separation_m: f64,

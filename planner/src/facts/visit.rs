@@ -13,8 +13,7 @@ use crate::facts::{
     tagged::{read_tagged, tagged},
 };
 
-/// Default horizontal distance within which an AUV is served, m. Assumption: a craft that
-/// accompanies an AUV stays within this; far less than a modem's range.
+/// Default horizontal distance within which an AUV is served, m. Assumption: a modem's is more.
 const WITHIN: f64 = 20.0;
 
 /// The same where ranges fix it, m: a range from afar tells more, and a circle of this size is the
@@ -231,7 +230,7 @@ pub enum Fixes {
 }
 
 impl<N> VisitCost<N> {
-    fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<VisitCost<M>> {
+    pub(crate) fn map<M>(&self, number: MapNumber<'_, N, M>) -> Option<VisitCost<M>> {
         let mut of = |kind: &str, (member, range): &Range, given: &N| {
             number(&format!("visit.cost.{kind}.{member}"), range, Some(given))
         };

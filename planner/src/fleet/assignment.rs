@@ -183,7 +183,6 @@ impl<'a> Search<'a> {
         one < other - TIE * other.abs()
     }
 
-    /// Cost of an assignment.
     fn total(&self, craft_of: &CraftOf) -> f64 {
         let costs = (0..self.serves.len()).map(|craft| {
             let auvs = craft_of.iter().enumerate().filter(|(_, of)| **of == Some(craft));

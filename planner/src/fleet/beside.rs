@@ -60,15 +60,13 @@ impl Fleet {
         places.sum::<Vector2<f64>>() / auvs.len().max(1) as f64
     }
 
-    /// Least radius of a figure of a craft, by index, with room for those that localise the same
-    /// AUVs, m.
+    /// Least radius of a figure of a craft, by index, with room for all that share its AUVs, m.
     pub(super) fn least_radius(&self, assignment: &Assignment, craft: usize) -> f64 {
         let together = assignment.craft.iter().filter(|other| other.auvs == assignment.craft[craft].auvs);
         self.radius_for(together.count())
     }
 
-    /// Least radius with room for `n` craft, m: two pass each other at a right angle, more go round
-    /// side by side.
+    /// Least radius with room for `n` craft, m: two pass at a right angle, more go side by side.
     fn radius_for(&self, n: usize) -> f64 {
         if n < 2 {
             return 0.0;

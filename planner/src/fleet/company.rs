@@ -1,5 +1,4 @@
-//! The cost of a craft that keeps company with AUVs: how far from them it is over the next quarter
-//! of an hour, if it goes straight for the middle of them.
+//! The cost of company with AUVs: distances in a quarter of an hour, on the way to their middle.
 
 use nalgebra::Vector2;
 
@@ -49,7 +48,6 @@ impl Company {
         }
     }
 
-    /// The cost of a craft with a set of AUVs.
     pub(super) fn cost(&self, craft: usize, set: u32) -> f64 {
         let counts = |auv: &usize| set & (1 << auv) != 0 && 0.0 < self.weights[*auv];
         let auvs: Vec<usize> = (0..self.tracks.len()).filter(counts).collect();

@@ -7,7 +7,7 @@ use crate::facts::auv::{Auv, VehicleId};
 use crate::facts::evidence::AuvState;
 use crate::facts::field_error::FieldError;
 use crate::facts::goal::Goal;
-use crate::facts::ranges::{AUVS_MAX, ID_LENGTH_MAX};
+use crate::facts::ranges::AUVS_MAX;
 use crate::snapshot::check::InvalidRequest;
 use crate::snapshot::request::PlanRequest;
 
@@ -21,13 +21,11 @@ pub struct Member {
     pub id: VehicleId,
     /// The AUVs that it may serve; all without a list.
     pub serves: Option<Vec<VehicleId>>,
-    /// `true` if it serves nobody for now since it may not do what it is asked to: the others see
-    /// it go straight on.
+    /// `true` if it serves nobody for now: the others see it go straight on.
     pub is_away: bool,
     /// Its place in the previous answer, which faults name.
     pub place_before: usize,
-    /// What it would plan for alone. All members but `asc`, `craft`, `limits` and `previous_plan`
-    /// are equal for all craft.
+    /// What it would plan for alone: `asc`, `craft`, `limits` and `previous_plan` are its own.
     pub request: PlanRequest,
 }
 
@@ -55,7 +53,7 @@ impl Member {
         }
         for (i, member) in members.iter().enumerate() {
             let place = format!("/surface_craft/{i}/id");
-            faults.extend(name_faults(&place, &member.id));
+            faults.extend(member.id.faults(&place));
             let is_taken = members[..i].iter().any(|other| other.id == member.id)
                 || request.traffic.iter().any(|vessel| vessel.id == member.id);
             if is_taken {
@@ -113,14 +111,4 @@ impl Member {
             }
         }
     }
-}
-
-/// The faults of a name at `place`.
-fn name_faults(place: &str, id: &VehicleId) -> Vec<FieldError> {
-    let mut faults = Vec::from_iter(FieldError::of_length(place, id.0.len(), &(1..=ID_LENGTH_MAX), "bytes"));
-    if id.0.chars().any(char::is_control) {
-        let detail = "a name has no control characters";
-        faults.push(FieldError::new(place, "control_character", detail).given(&*id.0));
-    }
-    faults
 }

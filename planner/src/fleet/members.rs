@@ -1,32 +1,23 @@
-//! The craft of a fleet, and what each of them plans for.
+//! The craft of a fleet, and who serves whom.
 
-use nalgebra::Vector2;
-
-use crate::choose::answer::Plan;
 use crate::choose::select::scheduler;
-use crate::facts::auv::{Auv, VehicleId};
+use crate::facts::auv::VehicleId;
 use crate::facts::field_error::FieldError;
-use crate::facts::fleet::{Assignment, CraftAssignment, HandOver, SlotUse};
+use crate::facts::fleet::{Assignment, CraftAssignment, HandOver};
 use crate::facts::goal::Goal;
-use crate::facts::localise::Figure;
-use crate::facts::ranges::{HAND_OVER, VESSEL_PLAN_LENGTH};
-use crate::facts::traffic::Vessel;
+use crate::facts::ranges::HAND_OVER;
 use crate::facts::visit::{Reduce, Visits};
 use crate::fleet::assignment::{CraftOf, Found, Search};
 use crate::fleet::company::Company;
 use crate::fleet::member::Member;
 use crate::fleet::memory::Memory;
 use crate::fleet::schedules::Schedules;
-use crate::fleet::slots::slots;
 use crate::predict::goal::forecast_all;
 use crate::problem::parameters::Parameters;
 use crate::snapshot::build::Snapshot;
 use crate::snapshot::check::InvalidRequest;
 use crate::solve::stop::Stop;
 use crate::visit::bound::least_cost_of;
-
-/// Time for which a spare craft is said to stay where it is, s: the longest manoeuvre.
-const STAYS: f64 = 300.0;
 
 /// The craft of a fleet at one moment, in the order in which the others give way to them.
 #[derive(Clone, Debug)]
@@ -182,7 +173,6 @@ impl Fleet {
         going
     }
 
-    /// The scheduling problem of each craft.
     pub(super) fn schedules(
         &self,
         visits: &Visits,
@@ -202,134 +192,5 @@ impl Fleet {
     fn search(&self, cost: (&dyn Fn(usize, u32) -> f64, bool), due: &dyn Fn() -> bool) -> Found {
         Search::new(self.auvs.len(), self.serves.clone(), cost, due, &self.snapshots[0].tuned().fleet)
             .best(&self.before, self.snapshots[0].t_s - self.changed)
-    }
-
-    /// The number of craft.
-    pub fn n_craft(&self) -> usize {
-        self.ids.len()
-    }
-
-    /// Plans for every craft by `assignment`, in the order of way: each among those before it and
-    /// spare ones, as vessels with plans. `plan` gets the number of plans that are left, too.
-    pub fn plans<P: AsRef<Plan>>(
-        &self,
-        assignment: &Assignment,
-        mut plan: impl FnMut(Snapshot, usize) -> P,
-    ) -> Vec<P> {
-        let mut ahead = self.at_rest(assignment);
-        let planned = (0..self.n_craft()).map(|craft| {
-            let snapshot = self.snapshot(craft, assignment, &ahead);
-            let planned = plan(snapshot, self.n_craft() - craft);
-            self.add_to(&mut ahead, craft, planned.as_ref());
-            planned
-        });
-        planned.collect()
-    }
-
-    /// Adds a craft, by index, with its plan to the vessels that those after it see, unless it is a
-    /// spare one, which all see.
-    pub fn add_to(&self, ahead: &mut Vec<Vessel>, craft: usize, plan: &Plan) {
-        if ahead.iter().all(|vessel| vessel.id != self.ids[craft]) {
-            ahead.push(self.as_vessel(craft, plan));
-        }
-    }
-
-    /// The spare craft as vessels that stay where they are, or go straight on if they are away.
-    pub fn at_rest(&self, assignment: &Assignment) -> Vec<Vessel> {
-        let spare = (0..self.n_craft()).filter(|craft| assignment.serves(*craft).next().is_none());
-        let at_rest = spare.map(|craft| {
-            let snapshot = &self.snapshots[craft];
-            let (asc, now) = (&snapshot.asc, snapshot.t_s);
-            // Without way on it drifts with the current.
-            let end = asc.position() + snapshot.current() * STAYS;
-            let stays = (snapshot.current(), vec![[now + STAYS, end.x, end.y]]);
-            let (velocity, plan) = if self.is_away[craft] { (self.velocity(craft), vec![]) } else { stays };
-            Vessel::of_craft(self.ids[craft].clone(), now, asc.position(), velocity, plan)
-        });
-        at_rest.collect()
-    }
-
-    /// Velocity of a craft, by index, over ground (north, east), m/s.
-    fn velocity(&self, craft: usize) -> Vector2<f64> {
-        let snapshot = &self.snapshots[craft];
-        let asc = &snapshot.asc;
-        asc.ground_velocity().unwrap_or_else(|| asc.water_velocity() + snapshot.current())
-    }
-
-    /// What a craft, by index, plans for by `assignment`, among the vessels `ahead` of
-    /// it.
-    pub fn snapshot(&self, craft: usize, assignment: &Assignment, ahead: &[Vessel]) -> Snapshot {
-        let snapshot = &self.snapshots[craft];
-        let served: Vec<_> = assignment.serves(craft).collect();
-        let goal = snapshot.goal.goal.only(|id| served.contains(&id));
-        let others = (0..self.n_craft()).filter(|other| *other != craft);
-        let of_others = others.flat_map(|other| assignment.serves(other));
-        let of_others = of_others.filter(|id| !served.contains(id)).cloned().collect();
-        let others = ahead.iter().filter(|vessel| vessel.id != self.ids[craft]);
-        let least_radius = self.least_radius(assignment, craft);
-        snapshot.part(goal, others.cloned(), of_others, least_radius)
-    }
-
-    /// The vessel with its `plan` that the craft after this one, an index, see.
-    fn as_vessel(&self, craft: usize, plan: &Plan) -> Vessel {
-        let snapshot = &self.snapshots[craft];
-        let asc = &snapshot.asc;
-        let most = *VESSEL_PLAN_LENGTH.end() / if plan.figure.is_some() { 2 } else { 1 };
-        let step = plan.trajectory.len().div_ceil(most).max(1);
-        let points = plan.trajectory.iter().skip(step).step_by(step);
-        let mut points: Vec<_> = points.map(|at| [at.t_s, at.north_m, at.east_m]).collect();
-        // A craft on a figure goes on with it: others would dodge one that goes straight on.
-        if let (Some(figure), Some(last)) = (&plan.figure, points.last()) {
-            let ends = last[0] - snapshot.t_s;
-            let mean = self.mean_of(figure);
-            points.extend((1..=most).map(|i| {
-                let ahead = ends + (STAYS - ends).max(1.0) * i as f64 / most as f64;
-                let at = mean(ahead) + figure.at(ahead).0;
-                [snapshot.t_s + ahead, at.x, at.y]
-            }));
-        }
-        Vessel::of_craft(self.ids[craft].clone(), snapshot.t_s, asc.position(), self.velocity(craft), points)
-    }
-
-    /// `true` for the AUVs that the answer to a craft, by index, tells of and remembers: those that
-    /// it serves, and in that to the first craft those that nobody serves.
-    pub fn tells_of(craft: usize, assignment: &Assignment, id: &VehicleId) -> bool {
-        let serves = |craft: usize| assignment.serves(craft).any(|served| served == id);
-        serves(craft) || craft == 0 && !(0..assignment.craft.len()).any(serves)
-    }
-
-    /// Where the mean of the vehicles of a figure is after a time, s.
-    fn mean_of(&self, figure: &Figure) -> impl Fn(f64) -> Vector2<f64> + use<> {
-        let leading = &self.snapshots[0];
-        let weight = |id: &VehicleId| leading.goal.goal.weight(id);
-        let of = |forecast, auv: &Auv| (forecast, weight(&auv.id));
-        let all = forecast_all(leading).into_iter().zip(&leading.auvs);
-        let is_of = |auv: &Auv| figure.vehicles.iter().any(|vehicle| vehicle.auv == auv.id);
-        let auvs: Vec<_> =
-            all.filter(|(_, auv)| is_of(auv)).map(|(forecast, auv)| of(forecast, auv)).collect();
-        let sum: f64 = auvs.iter().map(|(_, weight)| weight).sum();
-        move |ahead| auvs.iter().map(|(forecast, weight)| forecast.at(ahead).position * (weight / sum)).sum()
-    }
-
-    /// Slots of the acoustic network, one after the other, in each of which these transmissions do
-    /// not disturb each other.
-    pub fn slots(&self, assignment: &Assignment) -> Vec<Vec<SlotUse>> {
-        let leading = &self.snapshots[0];
-        let forecasts = forecast_all(leading);
-        let (mut uses, mut calls) = (Vec::new(), Vec::new());
-        for (k, (craft, snapshot)) in assignment.craft.iter().zip(&self.snapshots).enumerate() {
-            for auv in assignment.serves(k) {
-                let at = leading.auvs.iter().position(|known| known.id == *auv);
-                let at = at.map_or_else(Vector2::zeros, |auv| forecasts[auv].at(0.0).position);
-                uses.push(SlotUse { craft: craft.id.clone(), auv: auv.clone() });
-                calls.push((snapshot.asc.position(), at));
-            }
-        }
-        let mut table: Vec<Vec<SlotUse>> = Vec::new();
-        for (slot, used) in slots(&calls, leading.range_max()).into_iter().zip(uses) {
-            table.resize_with(table.len().max(slot + 1), Vec::new);
-            table[slot].push(used);
-        }
-        table
     }
 }

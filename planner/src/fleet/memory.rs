@@ -61,14 +61,12 @@ impl Memory {
     }
 }
 
-/// Time of a plan, s.
 fn made_at(plan: &PreviousPlan) -> f64 {
-    plan.trajectory.first().map_or(f64::NEG_INFINITY, |at| at.t_s)
+    plan.made_at().unwrap_or(f64::NEG_INFINITY)
 }
 
 impl Schedule {
-    /// Adds what `other` knows of AUVs that this one does not know, and, if it is as new, lower
-    /// costs: two craft may have served one AUV.
+    /// Adds what `other` alone knows, and its lower costs if it is as new: both may have served.
     fn remember(&mut self, other: &Self, is_as_new: bool) {
         if self.unit != other.unit {
             return;

@@ -13,14 +13,12 @@ const TRIED: usize = 60;
 /// The scheduling problem of one craft with all AUVs.
 pub(super) struct Schedules {
     pub(super) fleet: Fleet,
-    /// AUVs of the goal, as indices in the snapshot, with the share of their weight and their
-    /// present cost.
+    /// AUVs of the goal: index in the snapshot, share of the weight, and present cost.
     auvs: Vec<(usize, f64, f64)>,
 }
 
 impl Schedules {
-    /// The problem of the craft of `snapshot`, one of `n_craft`, over the same time as that of the
-    /// `first` craft.
+    /// The problem of a craft, one of `n_craft`, over the same time as that of the `first` one.
     pub(super) fn new(
         (snapshot, visits): (&Snapshot, &Visits),
         scheduler: &Scheduler<'_>,
@@ -55,7 +53,6 @@ impl Schedules {
         self.fleet.candidates.len() == self.auvs.len()
     }
 
-    /// The cost of a set of the goal's AUVs, as bits.
     pub(super) fn cost(&self, set: u32, due: &dyn Fn() -> bool) -> f64 {
         let members = self.auvs.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0);
         let members: Vec<_> =

@@ -20,6 +20,10 @@ use crate::tests::prelude::*;
 use crate::tuned::FleetNumbers;
 use crate::visit::bound::least_cost_of;
 
+fn member(id: &str, request: PlanRequest) -> Member {
+    Member { id: id.into(), serves: None, is_away: false, place_before: 0, request }
+}
+
 /// A drawn fleet, mirrored about the north axis if `mirror` is −1; names begin with `prefix`.
 fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -45,13 +49,7 @@ fn drawn(seed: u64, prefix: &str, mirror: f64) -> Vec<Member> {
         let asc = Asc::new(at, Heading::new(heading), 0.5);
         let mut request = PlanRequest::new(0.0, asc, auvs.clone(), goal.clone());
         request.limits = Some(Limits::MEDUSA.into());
-        Member {
-            id: format!("{prefix}asc-{k}").as_str().into(),
-            serves: None,
-            is_away: false,
-            place_before: 0,
-            request,
-        }
+        member(&format!("{prefix}asc-{k}"), request)
     };
     (0..n_craft).map(member).collect()
 }
@@ -174,13 +172,7 @@ fn a_craft_that_takes_an_auv_over_knows_when_it_was_served() {
         if t_s == 0.0 {
             visits.costs_now = ids.iter().map(|id| (id.clone(), 500.0)).collect();
         }
-        Member {
-            id: id.into(),
-            serves: None,
-            is_away: false,
-            place_before: 0,
-            request: PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)),
-        }
+        member(id, PlanRequest::new(t_s, asc, auvs.clone(), Goal::Visit(visits)))
     };
     let both = fleet(vec![member("one", 100.0, 0.0), member("two", -100.0, 0.0)], (None, &[]));
     let assignment = both.assign(&Parameters::default(), &Stop::never());
@@ -265,9 +257,8 @@ fn a_craft_still_serves_what_it_hands_over_for_the_stated_time() {
             let asc = Asc::new(Vector2::new([110.0, -110.0][k], 0.0), Heading::new(0.0), 0.0);
             let mut request = PlanRequest::new(t_s, asc, auvs.clone(), goal.clone());
             request.previous_plan = before.get(k).cloned();
-            let id = ["one", "two"][k].into();
             let serves = (k == 1).then(|| vec!["b".into()]);
-            Member { id, serves, is_away: false, place_before: 0, request }
+            Member { serves, ..member(["one", "two"][k], request) }
         };
         (0..2).map(member).collect()
     };
@@ -324,8 +315,7 @@ fn localised(seed: u64, n: usize) -> (f64, f64) {
             let mut request = PlanRequest::new(f64::from(t), asc, vec![auv], goal.clone());
             request.limits = Some(Limits { speed_max: 1.2, ..Limits::MEDUSA }.into());
             request.previous_plan = previous[k].clone();
-            let id = ["one", "two"][k].into();
-            Member { id, serves: None, is_away: false, place_before: 0, request }
+            member(["one", "two"][k], request)
         };
         let fleet = fleet((0..n).map(member).collect(), (before.as_ref(), &[]));
         let assignment = fleet.assign(&Parameters::default(), &Stop::never());
@@ -375,8 +365,7 @@ fn a_spare_craft_that_joins_owns_nothing_and_stays_where_it_joined() {
             let member = |north: f64| {
                 let asc = Asc::new(Vector2::new(north, 30.0), Heading::new(0.0), 0.5);
                 let request = PlanRequest::new(t_s, asc, auvs.to_vec(), goal.clone());
-                let id = format!("asc-{north}").as_str().into();
-                Member { id, serves: None, is_away: false, place_before: 0, request }
+                member(&format!("asc-{north}"), request)
             };
             // The spare one is as far from both.
             let all = [-1500.0, 0.0, 400.0].map(member).to_vec();

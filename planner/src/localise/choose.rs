@@ -42,14 +42,12 @@ pub(crate) struct Localiser<'a> {
     pub(crate) fixed: Option<FixedFigure>,
     /// `true` for an AUV, by index, whose last report is too old.
     pub(crate) is_stale: &'a dyn Fn(usize) -> bool,
-    /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 
 impl Localiser<'_> {
-    /// The figure of `snapshot`, and the AUVs about which it is sailed, by index; `None` unless its
-    /// goal localises and an AUV was heard, or ranges are taken from the AUV that `visited` has, by
-    /// index, with its cost.
+    /// The figure of `snapshot`, and the indices of its AUVs; `None` unless the goal localises and
+    /// an AUV was heard, or takes ranges from the AUV that `visited` has, with its cost.
     pub(crate) fn figure(
         &self,
         snapshot: &Snapshot,
@@ -146,8 +144,7 @@ impl Scene {
         Figure { phase_rad: wrap(expected.phase_rad + expected.rate_radps * slip), ..expected }
     }
 
-    /// `figure`, or `before` on the way to it if it is a neighbour: the goal drifts there, and does
-    /// not jump.
+    /// `figure`, or a neighbour of `before` on the way to it: the goal drifts and does not jump.
     fn approached(&self, before: &Figure, figure: Figure, elapsed: f64) -> Figure {
         let (from, to) = (before.size(), figure.size());
         let step = DRIFT_SHARE * self.speed * elapsed;

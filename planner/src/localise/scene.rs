@@ -23,7 +23,6 @@ const HORIZON_MAX: f64 = 7200.0;
 /// An AUV in a trial.
 #[derive(Clone, Debug)]
 pub(crate) struct Member {
-    /// Its index in the snapshot.
     pub(crate) auv: usize,
     /// Weight of its variance; the sum over all is 1.
     pub(crate) share: f64,
@@ -45,7 +44,6 @@ pub(crate) struct Scene {
     pub(crate) noise: [f64; 2],
     /// Growth of a variance, m²/s.
     pub(crate) growth: f64,
-    /// Time between two measurements, s.
     pub(crate) interval: f64,
     pub(crate) stand_off: f64,
     pub(crate) range_max: f64,
@@ -59,13 +57,11 @@ pub(crate) struct Scene {
     /// Largest and present speed of the craft through the water, m/s.
     pub(crate) speed: f64,
     pub(crate) speed_now: f64,
-    /// Largest turn rate, rad/s.
     pub(crate) turn_rate: f64,
     pub(crate) current: Vector2<f64>,
     /// Keep-outs: centre and radius, m.
     pub(crate) discs: Vec<(Vector2<f64>, f64)>,
-    /// Corners of the way round no-go areas to where the members are on the mean, m; none if that is
-    /// straight, or if there is no way.
+    /// Corners of the way round no-go areas to the members on the mean, m; none if straight.
     pub(crate) corners: Vec<Vector2<f64>>,
     /// No-go areas, and the present craft's place and axes among them.
     pub(crate) land: (Arc<Land>, Vector2<f64>, Matrix2<f64>),
@@ -74,8 +70,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// The scene of `snapshot` with `auvs`, by index, and a craft of this `speed`, m/s, and
-    /// `turn_rate`, rad/s. None without AUVs.
+    /// The scene of `snapshot` with these `auvs` and a craft of this speed and turn rate, if any.
     pub(crate) fn new(
         snapshot: &Snapshot,
         localise: &Localise,
@@ -173,8 +168,7 @@ impl Scene {
         (SPEED_AT_REST <= velocity.norm()).then(|| velocity.y.atan2(velocity.x))
     }
 
-    /// Direction of the line along which the members lie, and their root-mean-square distance from
-    /// the mean along it, m; none for one member.
+    /// Direction of the members' line, and their rms distance along it, m; none for one member.
     pub(crate) fn line(&self) -> Option<(f64, f64)> {
         let scatter: Matrix2<f64> = self
             .members

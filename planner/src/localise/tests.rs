@@ -33,8 +33,7 @@ fn goal(members: &Value) -> Localise {
     serde_json::from_value(goal).expect("is a goal")
 }
 
-/// A craft at the datum that localises these AUVs, `auv-0` and so on, each with a variance of 25
-/// m².
+/// A craft at the datum that localises these AUVs, `auv-0` and so on, each with 25 m² of variance.
 fn request(states: &[AuvState]) -> PlanRequest {
     let ids: Vec<_> = (0..states.len()).map(|i| format!("auv-{i}")).collect();
     let localise = goal(&json!({
@@ -147,8 +146,7 @@ fn frequent_measurements_count_as_one_of_less_noise() {
         localise(&mut request).interval_s = interval;
         figure(&request).vehicles[0].sigma_m
     });
-    // The stationary variance of fixes is about √(q σ² Δt); ranges also need time to look from
-    // elsewhere.
+    // The stationary variance of fixes is about √(q σ² Δt); ranges also need time to look about.
     let ratio = rarely / often;
     assert!((1.3..10.0_f64.powf(0.25)).contains(&ratio), "{ratio}");
 }
@@ -220,8 +218,7 @@ fn a_mirrored_request_has_the_mirrored_figure() {
         let found = figure(&request);
         assert_eq!(found.kind, expected.kind, "seed {seed}");
         for (found, expected) in found.vehicles.iter().zip(&expected.vehicles) {
-            // A zigzag abeam reverses on one line, where rounding decides to which side the craft
-            // turns.
+            // A zigzag abeam reverses on one line, where rounding decides the side.
             assert!((found.sigma_m - expected.sigma_m).abs() < 1e-3 * expected.sigma_m, "seed {seed}");
         }
         mirrored_once += usize::from(found.rate_radps * expected.rate_radps < 0.0);

@@ -82,8 +82,7 @@ impl Scene {
         (outcome.cost < least).then_some(outcome)
     }
 
-    /// Moves the craft towards the `corner` of its way, or else the figure, for `dt`, s; its speed
-    /// through the water, m/s.
+    /// Moves the craft for `dt`, s, towards its way's `corner`, else the figure; returns its speed.
     fn step(
         &self,
         figure: &Figure,

@@ -20,9 +20,8 @@ pub(crate) fn errors_in_target_frame(asc: &AscNow, target: &Motion, target_cours
 /// ```text
 /// v_w = u [cos χ, sin χ] − v_c        the reference: its length and its direction
 /// ```
-/// The direction is χ − β with the craft's crab angle β. Every law gets the planner's current: the
-/// client's, else ground velocity minus velocity through the water, which contains a measured crab
-/// angle and its speed; else none.
+/// The direction is χ − β with the craft's crab angle β. Every law gets the planner's current; the
+/// apparent one contains a measured crab angle and its speed.
 pub(crate) fn through_water(asc: &AscNow, u: f64, course: Course, limits: &Limits) -> Reference {
     let through_water = course.unit() * u - asc.current;
     let speed = through_water.norm();

@@ -19,8 +19,7 @@ pub struct IntegralState {
     pub looked_at: Option<f64>,
 }
 
-/// Saturated line of sight in the target's frame with an integral of the cross-track error, which
-/// finds the crab angle in an unknown current.
+/// Saturated line of sight in the target's frame with an integral of the cross-track error.
 ///
 /// ```text
 /// χ = ψ_d − atan((e + σ z) / Δ)                    course, or heading if no current is known

@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use crate::facts::angle::Course;
 use crate::facts::asc::{AscNow, Limits};
+use crate::facts::bisection::last_at_which;
 use crate::facts::reference::Reference;
 use crate::los::geometry::{errors_in_target_frame, through_water};
 use crate::los::law::LosGains;
@@ -65,16 +66,7 @@ fn relative_course(s_d: f64, e_d: f64, delta: f64) -> f64 {
     let offset = e_d.abs();
     // Mirrored to e_d ≥ 0 and χ_r = −t: positive before the root, negative after it.
     let before = |t: f64| delta * t.sin() < t.cos() * (offset * t.cos() + s_d * t.sin());
-    let (mut low, mut high) = (0.0, FRAC_PI_2);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if before(middle) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    -e_d.signum() * low
+    -e_d.signum() * last_at_which(before, [0.0, FRAC_PI_2], HALVINGS)
 }
 
 #[cfg(test)]

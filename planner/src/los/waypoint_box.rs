@@ -9,8 +9,7 @@ use crate::los::law::LosGains;
 use crate::los::saturated::saturated_los;
 use crate::predict::motion::Motion;
 
-/// Time between two boxes, s. Source of this and of the box's size: practice at sea with the craft
-/// of the Institute for Systems and Robotics, Lisbon.
+/// Time between two boxes, s. Source: practice at the Institute for Systems and Robotics, Lisbon.
 const BOX_PERIOD: f64 = 360.0;
 
 /// Half length of the box along the target's course, m.
@@ -35,9 +34,8 @@ const SPEED_ROUND: f64 = 4.0 * (HALF_LENGTH + HALF_WIDTH) / BOX_PERIOD;
 /// on the leg from corner a to b:  saturated line of sight to b, at rest, on the course from a to b
 /// ```
 /// Laps go clockwise from the nearest corner. [`saturated_los`] follows the legs at 0.61 m/s at
-/// most and slows down near a corner by k₃ times the distance. A fix is the target's known position
-/// every 10 s. A target that jumps by more than half the box's length between two fixes is another
-/// one, and gets its own box at once.
+/// most, slower by k₃ times the distance near a corner. A fix is the target's position every 10 s.
+/// A target that jumps by more than half the box's length is another one, with its own box.
 ///
 /// Source: practice at sea with such craft, in the form above; way-point following as in T. I.
 /// Fossen, *Handbook of Marine Craft Hydrodynamics and Motion Control*, 2nd ed., chapter 12.
@@ -52,7 +50,6 @@ pub struct WaypointBox {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastFixes {
     last: Vector2<f64>,
-    /// Time of the last, s.
     taken_at: f64,
     before: Option<Vector2<f64>>,
 }
@@ -62,7 +59,6 @@ struct LastFixes {
 struct Lap {
     corners: [Vector2<f64>; 4],
     drawn_at: f64,
-    /// Beginning of the leg.
     from: Vector2<f64>,
     /// Index of the corner at its end.
     to: usize,
@@ -138,7 +134,6 @@ impl Lap {
         self
     }
 
-    /// Direction of the leg.
     fn leg(&self) -> Vector2<f64> {
         let leg = self.corners[self.to] - self.from;
         // A leg of length 0 ends at once, in any direction.

@@ -35,17 +35,15 @@ const LOOKED_AHEAD: f64 = 1800.0;
 /// p(t) = p_P(γ) + y n(γ)        (1 − κ y) γ̇ = v_c∥ + √(u_h² − v_c⊥²)
 /// y(t) = y₁ + ℓ sin χ_e (1 − exp(−‖v‖ t / ℓ))
 /// ```
-/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current's components along and across
-/// the tangent; the root is 0 in a cross current faster than the vehicle; χ_e is the reported
-/// course relative to the tangent. A follower in an unknown current holds a steady offset, as its
-/// course shows: the offset continues from the report and settles, and is not led to zero. On bends
-/// γ̇ is taken at the offset y₁.
+/// n is 90° clockwise of the tangent; v_c∥ and v_c⊥ are the current along and across it; the root
+/// is 0 in a cross current faster than the vehicle; χ_e is the reported course relative to the
+/// tangent. A follower in an unknown current holds a steady offset: the offset continues from the
+/// report and settles, and is not led to zero. On bends γ̇ is taken at the offset y₁.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AlongPath {
     path: Arc<Path>,
     /// Fit of its reports to the path, if it has any.
     fit: Option<Box<PathFit>>,
-    /// Horizontal speed through the water, m/s.
     pub(crate) horizontal_speed: f64,
     /// Cross-track offset at the report y₁, m, positive to starboard.
     pub(crate) offset: f64,
@@ -82,8 +80,7 @@ struct Stretch {
 }
 
 impl AlongPath {
-    /// The future of an AUV in `state` on its known path, in a `current`, m/s, by its reports'
-    /// `fit`.
+    /// The future of an AUV in `state` on its known path in a `current`, by its reports' `fit`.
     pub(crate) fn new(
         state: &AuvState,
         known: &KnownPath,
@@ -179,8 +176,7 @@ impl AlongPath {
         self.fit.as_ref().map_or(1.0, |fit| fit.sense)
     }
 
-    /// Covariance of the position, m², `elapsed` s after the report: by the fit of the reports,
-    /// else from the report's covariance `state`.
+    /// Covariance of the position, m², `elapsed` s after the report: by the fit, else by `state`.
     ///
     /// ```text
     /// along    σ_s² + (0.1 u_h t)²              across   σ_y² + σ_∞² (1 − (1 − a)²)
@@ -259,7 +255,6 @@ struct Schedule<'a, F> {
     /// 1 for a vehicle that moves forwards along its path, −1 for one carried backwards.
     sense: f64,
     time: f64,
-    /// Angle turned so far, rad.
     turned: f64,
     /// Time without need for further stretches, s after the report.
     time_max: f64,
@@ -290,8 +285,7 @@ impl<F: Fn(f64, f64) -> f64> Schedule<'_, F> {
         (self.known.path.is_closed() && goes_on).then_some((self.time, self.sense * length))
     }
 
-    /// Adds the path's pieces between two arc lengths of the first lap, each plus `shift`; `true`
-    /// if the vehicle reaches the end.
+    /// Adds the pieces between two arc lengths, each plus `shift`; `true` if the end is reached.
     fn over_pieces(&mut self, start: f64, end: f64, shift: f64) -> bool {
         let (low, high) = (start.min(end), start.max(end));
         let path = &self.known.path;

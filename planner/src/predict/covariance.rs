@@ -7,9 +7,8 @@ use crate::{
     tuned::ForecastNumbers,
 };
 
-/// Speed of the lawn-mower on which the spectral density of accelerations was chosen, m/s. On the
-/// same lanes, accelerations grow with the square of the speed and last for a turn: the density
-/// grows with the cube.
+/// Speed of the lawn-mower on which the density of accelerations was chosen, m/s. On the same
+/// lanes, accelerations grow with its square and last for a turn: the density with its cube.
 const LAWN_MOWER_SPEED: f64 = 0.193;
 
 /// Default covariance of (north, east, north velocity, east velocity) in m², m²/s and m²/s².
@@ -26,9 +25,8 @@ pub(crate) fn default_covariance(tuned: &ForecastNumbers) -> Matrix4<f64> {
 /// ```
 /// q grows with the vehicle's speed. On a straight course that is white acceleration of density q,
 /// but the correlation counts only where it increases the covariance (₊: the part with positive
-/// eigenvalues), so waiting adds no information. In a turn it is an upper bound: the velocity
-/// variance acts along the arc, while wrong speeds and courses shift the shorter chord, and a wrong
-/// rate of turn counts as acceleration.
+/// eigenvalues): waiting adds no information. In a turn it is an upper bound: wrong speeds and
+/// courses shift the shorter chord, and a wrong rate of turn counts as acceleration.
 pub(crate) fn free(
     state: &Matrix4<f64>,
     elapsed: f64,

@@ -14,7 +14,6 @@ pub(crate) enum DepthForecast {
 /// Lead of a vehicle over one with its mean pitch: it moves level at each reversal.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lead {
-    /// Distance along its path, m.
     pub(crate) distance: f64,
     /// Its rate of change, m/s.
     pub(crate) speed: f64,
@@ -24,7 +23,6 @@ pub(crate) struct Lead {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SawtoothFlight {
     cycle: Cycle,
-    /// Depth at the report, m.
     depth: f64,
     /// Rate of change of depth until the vehicle joins the sawtooth, m/s.
     rate: f64,
@@ -41,8 +39,7 @@ pub(crate) struct SawtoothFlight {
 /// reversal   z = z_max + w t (1 − t / T)          sin of the pitch linear in time, for T
 /// ```
 /// and the same upwards. The vehicle begins to turn at the depth that ends a leg, and passes it
-/// again a time T later. The speed along the body is constant. Differences of simulated AUVs:
-/// `docs/rationale.md#forecasts`.
+/// again a time T later. Differences of simulated AUVs: `docs/rationale.md#forecasts`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cycle {
     dive: Dive,
@@ -151,7 +148,6 @@ impl Cycle {
         self.speed * self.dive.pitch_rad.sin()
     }
 
-    /// Duration of a leg, s.
     fn leg(&self) -> f64 {
         (self.dive.depth_max_m - self.dive.depth_min_m) / self.sink_rate()
     }

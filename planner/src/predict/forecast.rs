@@ -51,7 +51,6 @@ pub struct Intent<'a> {
 pub struct AuvForecast {
     /// The model it uses.
     pub model: ForecastModel,
-    /// Age of the report, s.
     age: f64,
     propagation: Propagation,
     /// If its path is doubtful: the probability that it does not follow it, and its motion then.
@@ -59,8 +58,7 @@ pub struct AuvForecast {
     depth: DepthForecast,
     /// Covariance of (north, east, north velocity, east velocity) at the report.
     covariance: Matrix4<f64>,
-    /// Variance of the velocity at the report along either axis, (m/s)²; 0 if unknown, and along a
-    /// path, which gives the course.
+    /// Variance of the reported velocity along either axis; 0 if unknown, and along a path.
     pub(crate) velocity_variance: f64,
     /// Velocity (north, east) that its model does not explain, m/s.
     drift: Vector2<f64>,
@@ -77,11 +75,8 @@ enum Propagation {
 /// Constant speed and rate of turn, either of which may be zero, or the mean over turns by chance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turning {
-    /// Position at the time of the report, m.
     position: Vector2<f64>,
-    /// Velocity over ground at the time of the report, m/s.
     velocity: Vector2<f64>,
-    /// Rate of turn, rad/s.
     turn_rate: f64,
     /// Rate at which its course is forgotten, 1/s.
     forgetting: f64,
@@ -232,8 +227,7 @@ impl AuvForecast {
     /// Covariance of the position (north, east) `ahead` seconds after the snapshot, m².
     ///
     /// Off a path its trace never decreases. Along a path it grows with the variance of the speed,
-    /// and across it to a bound; else it grows with the variance of the velocity and unforeseen
-    /// accelerations. Of a doubtful path it is the covariance of both possibilities about their
+    /// and across it to a bound. Of a doubtful path it is that of both possibilities about their
     /// mean.
     ///
     /// ```text
@@ -324,10 +318,9 @@ impl AuvForecast {
     /// ```text
     /// d = d⁻ + (p − p⁻) / max(τ, Δ)          τ = 30 s
     /// ```
-    /// with the position p of the newest report, the forecast p⁻ for its time from the previous
-    /// report with the drift d⁻, and the time Δ between the two. The drift is unchanged if the
-    /// newest report is no newer, Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly
-    /// cancels.
+    /// with the newest report's position p, its forecast p⁻ from the previous report with the drift
+    /// d⁻, and the time Δ between the two. The drift is unchanged if the newest report is no newer,
+    /// Δ exceeds a minute, or p − p⁻ is a jump. Position noise mostly cancels.
     ///
     /// Along paths a drift must fade, see [`ForecastNumbers::drift_memory`].
     pub(crate) fn after(

@@ -26,8 +26,7 @@ use crate::{
     snapshot::build::{KnownAuv, Snapshot},
 };
 
-/// Ratio of a velocity to its standard deviation below which a vehicle may be at rest: the square
-/// is the 99 % quantile of χ² with two degrees of freedom.
+/// Ratio of a velocity to its σ below which a vehicle may rest: its square is χ²'s 99 % quantile.
 const DEVIATIONS_AT_REST: f64 = 3.034_854_258_770_293;
 
 /// The motion of the goal and of every AUV.
@@ -45,7 +44,6 @@ pub struct GoalForecast {
     way: Option<Way>,
     /// What is done about other vessels, if any may come near.
     avoidance: Option<Avoidance>,
-    /// The vessels to keep clear of.
     vessels: Vec<VesselForecast>,
     /// Last course of the followed point in motion.
     course: Course,
@@ -75,7 +73,6 @@ impl Way {
 pub(crate) struct Turn {
     /// Its end, s after the snapshot, half-open.
     pub(crate) until: f64,
-    /// Index of the AUV in the snapshot.
     pub(crate) auv: usize,
     /// The leg to it, if the goal is on that instead of at the AUV.
     pub(crate) leg: Option<GoalLeg>,
@@ -107,7 +104,6 @@ impl GoalLeg {
 /// An AUV that the goal depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct GoalMember {
-    /// Its index in the snapshot.
     auv: usize,
     /// Its weight in a mean; the sum over all members is 1.
     share: f64,
@@ -178,8 +174,7 @@ impl GoalForecast {
         forecast
     }
 
-    /// The same goal on `figure` about the mean of the AUVs with these indices, in the snapshot;
-    /// that of a schedule is on it about its first AUV.
+    /// The same goal on `figure` about the mean of these AUVs; a schedule's about its first AUV.
     pub(crate) fn on_figure(mut self, figure: Figure, auvs: &[usize]) -> Self {
         if !matches!(self.rule, Rule::Scheduled(_)) {
             self.members.retain(|member| auvs.contains(&member.auv));
@@ -202,12 +197,10 @@ impl GoalForecast {
         Self { vessels, avoidance: Some(avoidance), ..self }
     }
 
-    /// The vessels to keep clear of.
     pub(crate) fn vessels(&self) -> &[VesselForecast] {
         &self.vessels
     }
 
-    /// What is done about other vessels.
     pub(crate) fn avoidance(&self) -> Option<&Avoidance> {
         self.avoidance.as_ref()
     }
@@ -381,7 +374,6 @@ impl GoalForecast {
     }
 }
 
-/// Forecasts every AUV of `snapshot`.
 pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
     let current = snapshot.current();
     let forecast = |known: KnownAuv<'_>| {
@@ -400,8 +392,7 @@ pub(crate) fn forecast_all(snapshot: &Snapshot) -> Vec<AuvForecast> {
             tuned: &snapshot.tuned().forecast,
         };
         match (&auv.state, snapshot.remembered(&auv.id)) {
-            // A client with a covariance has a filter, whose velocity matches its positions. A fit
-            // includes what it does not explain.
+            // A client's filter, shown by a covariance, and a fit include what they do not explain.
             (Some(AuvState { covariance: None, .. }), Some((earlier, reported))) if intent.fit.is_none() => {
                 let between = snapshot.t_s - state.age_s - reported;
                 AuvForecast::after(&earlier, between, state, (intent, snapshot.forecast, &current))
@@ -461,7 +452,6 @@ fn scheduled(turns: &[(Turn, usize)], ahead: f64) -> Option<&(Turn, usize)> {
     now.or(turns.last())
 }
 
-/// The member nearest to the craft now.
 fn nearest(snapshot: &Snapshot, members: &[GoalMember], auvs: &[AuvForecast]) -> usize {
     let distance = |member: &GoalMember| (auvs[member.auv].at(0.0).position - snapshot.asc.position()).norm();
     let distances = members.iter().map(distance).enumerate();

@@ -3,7 +3,10 @@
 use nalgebra::Vector2;
 
 use crate::{
-    facts::angle::{Course, ned_from_body, wrap},
+    facts::{
+        angle::{Course, ned_from_body, wrap},
+        bisection::last_at_which,
+    },
     predict::motion::Motion,
 };
 
@@ -33,9 +36,8 @@ impl Axes {
     /// North and east.
     pub(crate) const NED: Self = Self { angle: 0.0, rate: 0.0 };
 
-    /// Along the course of a `velocity` over time, `ahead` seconds after the snapshot. At rest,
-    /// below `slowest`, m/s, the axes are those when the rest began, or `held` if before the
-    /// snapshot.
+    /// Along the course of a `velocity` over time, `ahead` s from now. At rest, below `slowest`,
+    /// the axes are those when the rest began, or `held` if before the snapshot.
     pub(crate) fn along_course(
         velocity: impl Fn(f64) -> Vector2<f64>,
         slowest: f64,
@@ -52,21 +54,13 @@ impl Axes {
         while 0.0 < resting {
             let before = (resting - REST_INTERVAL).max(0.0);
             if moves(before) {
-                return Self { angle: course(last_moving(moves, before, resting)), rate: 0.0 };
+                let last = last_at_which(moves, [before, resting], REST_HALVINGS);
+                return Self { angle: course(last), rate: 0.0 };
             }
             resting = before;
         }
         Self { angle: held.radians(), rate: 0.0 }
     }
-}
-
-/// The last time at which it `moves`, by bisection.
-fn last_moving(moves: impl Fn(f64) -> bool, mut moving: f64, mut resting: f64) -> f64 {
-    for _ in 0..REST_HALVINGS {
-        let middle = 0.5 * (moving + resting);
-        *(if moves(middle) { &mut moving } else { &mut resting }) = middle;
-    }
-    moving
 }
 
 /// The motion of a point displaced by `by`.

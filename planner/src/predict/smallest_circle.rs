@@ -5,8 +5,7 @@ use smallvec::{SmallVec, smallvec};
 
 use crate::facts::ranges::AUVS_MAX;
 
-/// Relative difference of equal squared distances: fifty roundings. The point is then right to its
-/// root, 10⁻⁷ of the distance, in the worst case.
+/// Relative difference of equal squared distances: fifty roundings, or 10⁻⁷ of the distance.
 const SQUARE_TOLERANCE: f64 = 1e-14;
 
 /// Twice the sine of the angle at which three vehicles are collinear: a hundred roundings.

@@ -7,8 +7,7 @@ use crate::predict::motion::Motion;
 use crate::snapshot::build::Snapshot;
 use crate::tuned::AvoidNumbers;
 
-/// Age of a position of a vessel under way from which it is stale, s: small vessels below 2 kn
-/// report each 180 s.
+/// Age from which a position of a vessel under way is stale, s: small ones report each 180 s.
 pub const VESSEL_STALE: f64 = 200.0;
 
 /// Age from which it says nothing of a vessel under way, s.
@@ -54,7 +53,6 @@ pub fn is_lost(vessel: &Vessel, age: f64) -> bool {
 pub(crate) struct VesselForecast {
     /// Its index in the snapshot.
     pub(crate) vessel: usize,
-    /// Position now, m.
     pub(crate) position: Vector2<f64>,
     /// Velocity over ground now, m/s; zero if not known.
     pub(crate) velocity: Vector2<f64>,
@@ -64,8 +62,7 @@ pub(crate) struct VesselForecast {
     pub(crate) count: f64,
     /// Distance to keep from a position without error, m.
     separation: f64,
-    /// Standard deviation of the reported position, m, of its velocity, m/s, and the position's
-    /// age, s.
+    /// Standard deviation of the reported position and of its velocity, and the position's age.
     sigma: f64,
     sigma_velocity: f64,
     age: f64,
@@ -133,7 +130,6 @@ impl VesselForecast {
         !self.plan.is_empty()
     }
 
-    /// Its position `ahead` seconds after the snapshot, m.
     pub(crate) fn at(&self, ahead: f64) -> Vector2<f64> {
         let Some([(from, begin), (until, end)]) = self.leg(ahead) else {
             return self.position + self.velocity * ahead;
@@ -162,8 +158,7 @@ impl VesselForecast {
         Some([from, self.plan[to]])
     }
 
-    /// Distance to keep from that position, m: half its length, the distance to keep, and two
-    /// standard deviations, which grow with its age.
+    /// Distance to keep from it, m: half its length, the distance to keep, and two σ, which grow.
     pub(crate) fn radius(&self, ahead: f64) -> f64 {
         self.radius_of(ahead, 1.0)
     }

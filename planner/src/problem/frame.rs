@@ -15,7 +15,6 @@ pub(crate) const SPEED_WITHOUT_DIRECTION: f64 = 0.02;
 /// Transforms between north-east and (ahead, starboard) of the craft now.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
-    /// Snapshot time, s.
     now: f64,
     origin: Vector2<f64>,
     ned_from_craft: Matrix2<f64>,
@@ -23,7 +22,6 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// The frame of the craft of `snapshot`.
     pub(crate) fn of(snapshot: &Snapshot) -> Self {
         Self {
             now: snapshot.t_s,
@@ -58,7 +56,6 @@ impl Frame {
         self.ned_from_craft.transpose() * ned
     }
 
-    /// A motion in the craft's frame.
     pub(crate) fn motion(&self, ned: &Motion) -> Motion {
         let craft_from_ned = self.ned_from_craft.transpose();
         Motion {
@@ -85,8 +82,7 @@ impl Frame {
         }
     }
 
-    /// `stages` at `times` after the snapshot, s, as a trajectory in NED. A stage too slow for a
-    /// direction keeps the previous heading.
+    /// `stages` as a trajectory in NED; one too slow for a direction keeps the previous heading.
     pub(crate) fn trajectory(
         &self,
         stages: &[Stage],

@@ -37,7 +37,6 @@ pub(crate) struct Horizon<'a> {
     pub(crate) current: Vector2<f64>,
     /// The craft now, craft frame.
     pub(crate) start: Stage,
-    /// Present yaw rate of the craft, rad/s.
     yaw_rate: f64,
     /// The previous plan's trajectory, if it is usable.
     pub(crate) previous: Option<PreviousTrajectory<'a>>,
@@ -52,7 +51,6 @@ pub(crate) struct Horizon<'a> {
 }
 
 impl<'a> Horizon<'a> {
-    /// The horizon of `snapshot`.
     pub(crate) fn new(snapshot: &'a Snapshot, parameters: &'a Parameters, goal: &'a GoalForecast) -> Self {
         let frame = Frame::of(snapshot);
         let times = parameters.times();
@@ -174,8 +172,7 @@ impl<'a> Horizon<'a> {
     }
 }
 
-/// Yaw rate now, rad/s: the response model's for the followed reference, free of sensor noise, else
-/// the measured one. Limited to the craft's turn rate.
+/// Yaw rate now, rad/s, limited: the response model's, free of noise, else the measured one.
 fn yaw_rate(snapshot: &Snapshot, followed: Option<FollowedHeading>) -> f64 {
     let craft = snapshot.craft_model();
     let followed = followed.map(|followed| {

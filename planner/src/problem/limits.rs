@@ -22,8 +22,7 @@ pub struct Disc {
     pub centres: Vec<Vector2<f64>>,
     /// Distance to keep from the centre, m; negative while the disc is inactive.
     pub radii: Vec<f64>,
-    /// Element k ≥ 1, for interval k − 1 → k: the unit vector from the disc to the side on which
-    /// the craft passes. Element 0 is unused.
+    /// Unit vector from the disc to the craft's side in interval k − 1 → k, for k ≥ 1; 0 is unused.
     pub normals: Vec<Vector2<f64>>,
 }
 
@@ -56,8 +55,7 @@ pub struct MinimaxRange {
     pub depths: Vec<f64>,
 }
 
-/// Largest distance of the craft's trajectory over `dt`, s, from its chord, m: Δt² ‖a‖ / 8 at
-/// constant acceleration, that of the hardest turn at full speed.
+/// Largest distance of the craft's way over `dt`, s, from its chord, m: Δt² ‖a‖ / 8.
 pub(crate) fn sag(dt: f64, limits: &Limits) -> f64 {
     let ahead = limits.acceleration_max.max(limits.deceleration_max);
     dt * dt * ahead.hypot(limits.turn_rate_max * limits.speed_max) / 8.0

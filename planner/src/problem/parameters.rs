@@ -42,11 +42,9 @@ pub struct Parameters {
     /// Back-off of acoustic ranges in standard deviations √(tr P) of an AUV's position: 95 % of a
     /// circular distribution are within 2.45 deviations of one axis.
     pub range_back_off: f64,
-    /// Smallest cosine between a subproblem's directions and those of its solution at convergence;
-    /// then no further SCP iteration is worth its time.
+    /// Smallest cosine between directions before and after at which the iterations have converged.
     pub converged_cosine: f64,
-    /// Largest rate of planned headings and heading references, rad/s, for craft that could turn
-    /// faster; also of a law at speed that is preferred to them.
+    /// Largest rate of planned headings and references, rad/s, for craft that could turn faster.
     pub heading_rate_max: f64,
     /// Planned share of the largest turn rate, if this share exceeds `heading_rate_max`.
     pub quick_craft_share: f64,
@@ -56,8 +54,7 @@ pub struct Parameters {
     pub keep_out_margin: f64,
     /// Share of the largest planned speed above which a law that answers is slew-limited.
     pub hard_turn_share: f64,
-    /// `true`: the fallback level of least predicted cost answers; `false`: the first available
-    /// one, to measure the benefit of the choice.
+    /// `true`: the level of least predicted cost answers; `false`: the first, as a comparison.
     pub cost_decides: bool,
     /// Largest residual of an accepted solution, solved or almost solved.
     pub certificate_tolerance: f64,
@@ -86,16 +83,14 @@ pub struct Weights {
     pub energy: f64,
     /// Linear and quadratic price of leaving a named AUV's acoustic range, per m, m² and stage.
     pub range_slack: (f64, f64),
-    /// The same for other AUVs. A metre towards one is at most a metre away from another, so a
-    /// lower price per metre never breaks a named AUV's range.
+    /// The same for other AUVs: a lower price per metre never breaks a named AUV's range.
     pub other_range_slack: (f64, f64),
     /// Price of leaving the area.
     pub area_slack: (f64, f64),
     /// Price of entering a keep-out disc.
     pub keep_out_slack: (f64, f64),
-    /// Linear and quadratic price of breaking a soft row of motion (m/s or m/s²), per stage. The
-    /// linear one exceeds the bid of a detour around a surfacing AUV at the planned rate of turn,
-    /// see `docs/rationale.md#prices`.
+    /// Linear and quadratic price of breaking a soft row of motion, per stage. The linear one
+    /// exceeds the bid of a detour around a surfacing AUV, see `docs/rationale.md#prices`.
     pub slack: (f64, f64),
 }
 
@@ -185,9 +180,8 @@ impl Weights {
     /// ```text
     /// w ← w max(least, e⁴ / (e⁴ + (2.5 σ)⁴))      for both weights of position
     /// ```
-    /// An error below the uncertainty is as likely the estimate's as the craft's, and the next
-    /// report removes part of it: chasing it is longer and no nearer; see
-    /// `docs/rationale.md#prices`.
+    /// An error below the uncertainty is as likely the estimate's as the craft's: chasing it is
+    /// longer and no nearer; see `docs/rationale.md#prices`.
     pub(crate) fn for_uncertain_goal(&self, distance: f64, sigma: f64, least: f64) -> Self {
         let (error, sigma) = (distance.powi(4), (UNCERTAINTY_DEVIATIONS * sigma).powi(4));
         let share = if sigma > 0.0 { (error / (error + sigma)).max(least) } else { 1.0 };
@@ -216,14 +210,11 @@ impl Default for Parameters {
             uncertain_goal_share: 0.01,
             range_back_off: 1.73,
             converged_cosine: 0.94,
-            // Just under 10°/s: a small twin-thruster craft follows without a jerk;
-            // `docs/rationale.md#references`.
+            // Just under 10°/s, without a jerk; `docs/rationale.md#references`.
             heading_rate_max: 0.17,
-            // Turning at 10°/s, a quick boat takes a wide turn behind a fast AUV that turns;
-            // `docs/rationale.md#references`.
+            // At 10°/s a quick boat turns wide behind a fast AUV; `docs/rationale.md#references`.
             quick_craft_share: 0.5,
-            // The surge loop overshoots, and saturated thrusters cannot hold a heading;
-            // `docs/rationale.md#references`.
+            // Saturated thrusters cannot hold a heading; `docs/rationale.md#references`.
             speed_share: 0.98,
             // The least margin with which the craft never enters; `docs/rationale.md#prices`.
             keep_out_margin: 0.5,

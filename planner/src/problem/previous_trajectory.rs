@@ -5,8 +5,7 @@ use crate::facts::reference::TrajectoryPoint;
 use crate::problem::parameters::Parameters;
 use crate::snapshot::build::Snapshot;
 
-/// A previous trajectory that is young enough, reaches into the future, and passes near the craft;
-/// that of another mission does not.
+/// A trajectory of this mission that is young, reaches into the future, and passes near the craft.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreviousTrajectory<'a> {
     points: &'a [TrajectoryPoint],
@@ -17,7 +16,6 @@ pub(crate) struct PreviousTrajectory<'a> {
 pub(crate) struct FollowedHeading {
     /// The reference plus the craft's steady error.
     pub(crate) heading: Heading,
-    /// Its age, s.
     pub(crate) age: f64,
 }
 
@@ -49,8 +47,7 @@ impl<'a> PreviousTrajectory<'a> {
     }
 }
 
-/// A trajectory at a time between its points: linear in position and speed, along the shorter arc
-/// in heading; beyond its ends, the end points.
+/// A trajectory between its points, linear in position and speed; beyond its ends, the end points.
 fn point_at(points: &[TrajectoryPoint], time: f64) -> TrajectoryPoint {
     let after = points.partition_point(|point| point.t_s <= time);
     if after == 0 {

@@ -1,5 +1,4 @@
-//! No-go areas at the intervals of a horizon: for each interval, half-planes whose common part
-//! holds the guessed way and no border near it.
+//! No-go areas at the intervals: half-planes that hold the guessed way and no border near it.
 
 use std::ops::ControlFlow;
 
@@ -21,8 +20,7 @@ const LEFT_BY: (f64, f64) = (30.0, 10.0);
 /// Least distance with a direction, m.
 const APART: f64 = 1e-6;
 
-/// Half-planes beside `land` about `stages` in `frame`, for a craft of this largest speed, m/s,
-/// that keeps `margin` from the borders, m.
+/// Half-planes beside `land` about `stages` for a craft that keeps `margin` from the borders, m.
 pub(crate) fn shores(land: &Land, frame: &Frame, stages: &[Stage], speed: f64, margin: f64) -> Vec<Shore> {
     let n = stages.len();
     let none = Shore { points: vec![Vector2::zeros(); n], normals: vec![Vector2::zeros(); n], margin };
@@ -42,9 +40,8 @@ pub(crate) fn shores(land: &Land, frame: &Frame, stages: &[Stage], speed: f64, m
 
 /// Half-planes beside a chord, each by a point of its edge and its unit vector to the craft's side.
 ///
-/// The nearest border is separated from the chord, with all that lies behind the same line, then
-/// the nearest of what is left. A chord that meets land ends there; from within, the nearest way
-/// out counts.
+/// The nearest border is separated from the chord, with all behind the same line, then the nearest
+/// of what is left. A chord ends where it meets land; from within, the nearest way out counts.
 fn planes(
     land: &Land,
     (from, to): (&Vector2<f64>, &Vector2<f64>),

@@ -1,11 +1,11 @@
-//! Limits of position at the stages of a horizon, in the craft's frame: acoustic ranges, discs,
-//! edges of the area, and the AUVs of a minimax range.
+//! Limits of position at the stages, in the craft's frame: ranges, discs, edges and minimax AUVs.
 
 use std::iter::repeat_n;
 
 use nalgebra::Vector2;
 use smallvec::SmallVec;
 
+use crate::coast::sides::nearest_on;
 use crate::craft::response::Stage;
 use crate::facts::angle::starboard_of;
 use crate::facts::auv::VehicleId;
@@ -26,8 +26,7 @@ use crate::snapshot::build::Snapshot;
 /// Radius of an inactive disc, m. Its value decides at which share of an interval a disc appears.
 const NOT_THERE: f64 = -1.0;
 
-/// Most vessels from which a program keeps clear. Fewer are filled up to a power of two, so that
-/// programs have few shapes.
+/// Most vessels in a program. Fewer are filled up to a power of two, for few shapes.
 const VESSELS_MOST: usize = 8;
 
 /// Limits of the craft's position, and the AUVs of a minimax range.
@@ -39,8 +38,7 @@ pub(crate) struct StageConstraints {
     pub(crate) minimax: Vec<MinimaxRange>,
     /// Snapshot indices of the keep-outs, which are the first discs, in their order.
     keep_outs: Vec<usize>,
-    /// Snapshot indices of the AUVs, in the order of their ranges and of the discs after the
-    /// keep-outs: those that the goal names first.
+    /// Snapshot indices of the AUVs, in the order of their ranges and discs; first the goal's own.
     auvs: Vec<usize>,
     /// Snapshot indices of the vessels that may come near, and the place of the first one's disc.
     vessels: Vec<usize>,
@@ -61,8 +59,7 @@ pub(crate) enum RangePriority {
 }
 
 impl StageConstraints {
-    /// The constraints at `times` after the snapshot, s, for `goal`, whose present position in the
-    /// craft's frame is `goal_now`.
+    /// The constraints at `times` after the snapshot, for a `goal` that is now at `goal_now`.
     pub(crate) fn new(
         snapshot: &Snapshot,
         parameters: &Parameters,
@@ -268,7 +265,7 @@ impl StageConstraints {
             disc.normals.resize(stages.len(), Vector2::new(1.0, 0.0));
             for k in 1..stages.len() {
                 let (from, to) = (stages[k - 1].position, stages[k].position);
-                let nearest = nearest_of_chord(&from, &to, &disc.centres[k]);
+                let nearest = nearest_on(&from, &to, &disc.centres[k]);
                 let abeam =
                     || starboard_of((to - from).try_normalize(1e-9).unwrap_or(Vector2::new(1.0, 0.0)));
                 disc.normals[k] = (nearest - disc.centres[k]).try_normalize(1e-6).unwrap_or_else(abeam);
@@ -403,15 +400,4 @@ fn edges(corners: &[[f64; 2]], frame: &Frame) -> impl Iterator<Item = Edge> {
 
 fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {
     a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y))
-}
-
-pub(crate) fn nearest_of_chord(
-    from: &Vector2<f64>,
-    to: &Vector2<f64>,
-    centre: &Vector2<f64>,
-) -> Vector2<f64> {
-    let chord = to - from;
-    let length = chord.norm_squared();
-    let share = if length > 0.0 { ((centre - from).dot(&chord) / length).clamp(0.0, 1.0) } else { 0.0 };
-    from + chord * share
 }

@@ -100,7 +100,6 @@ pub enum SoftLimit {
 }
 
 impl SoftLimit {
-    /// Unit of its violation.
     pub(crate) fn unit(self) -> Unit {
         match self {
             Self::ForwardSpeed => Unit::MetresPerSecond,

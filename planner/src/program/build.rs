@@ -4,9 +4,19 @@ use nalgebra::Vector2;
 
 use crate::program::layout::{Layout, Slack};
 use crate::program::sparse::{Sparse, Triplet};
-use crate::program::standard_form::{Cone, StandardForm};
 use crate::program::subproblem::Subproblem;
 use crate::program::units::{COST_UNIT, SLACK_UNIT};
+
+/// A block of consecutive rows, and the cone of their slacks s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cone {
+    /// s = 0.
+    Zero(usize),
+    /// s ≥ 0.
+    Nonnegative(usize),
+    /// s₀ ≥ ‖(s₁, s₂, …)‖.
+    SecondOrder(usize),
+}
 
 /// One program in standard form.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +64,6 @@ impl Program {
         program
     }
 
-    /// Size in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let triplets = self.cost_triplets.capacity() + self.row_triplets.capacity();
         let numbers = self.linear.capacity() + self.bounds.capacity();
@@ -63,17 +72,6 @@ impl Program {
             + size_of::<f64>() * numbers
             + size_of::<Cone>() * self.cones.capacity()
             + size_of::<Triplet>() * triplets
-    }
-
-    /// The program in the form of a solver.
-    pub(crate) fn standard_form(&self) -> StandardForm<'_> {
-        StandardForm {
-            quadratic: &self.quadratic,
-            linear: &self.linear,
-            constraints: &self.constraints,
-            bounds: &self.bounds,
-            cones: &self.cones,
-        }
     }
 
     /// Rewrites the numbers for another subproblem of the same shape, without allocation.

@@ -22,8 +22,7 @@ impl Program {
     }
 
     /// The largest range stays small: Σ w_k (ρ_k + τ_k)² minus its constant, with ‖(p_k − p_i,k,
-    /// z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the largest range at the goal, its minimum, so
-    /// the objective is small at the goal.
+    /// z_i,k)‖ ≤ ρ_k + τ_k for every AUV i. ρ_k is the largest range at the goal, its minimum.
     pub(crate) fn minimax_range_cost(&mut self, subproblem: &Subproblem<'_>) {
         let scale = cost_scale(subproblem);
         for k in self.stages() {
@@ -124,7 +123,6 @@ impl Program {
     }
 }
 
-/// Linear and quadratic price of a slack.
 fn price(slack: Slack, weights: &Weights) -> (f64, f64) {
     match slack {
         Slack::Motion => weights.slack,
@@ -146,8 +144,7 @@ fn position_weight(subproblem: &Subproblem<'_>, k: usize) -> f64 {
     subproblem.weights.position * duration(subproblem, k) + terminal
 }
 
-/// Factor on all costs but the slacks' price. It decreases with the goal's distance, so that no
-/// distant goal outbids a soft row.
+/// Factor on all costs but the slacks' price: no distant goal outbids a soft row.
 pub(crate) fn cost_scale(subproblem: &Subproblem<'_>) -> f64 {
     let farthest =
         |points: &[nalgebra::Vector2<f64>]| points.iter().map(nalgebra::Vector2::norm).fold(0.0, f64::max);

@@ -31,9 +31,8 @@ impl Program {
         }
     }
 
-    /// The surge loop can make the acceleration: b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the mean
-    /// direction of the interval, with the surge disturbance b. Hard: [`Self::top_speed`] allows
-    /// for a disturbance beyond the limits.
+    /// The surge loop can make the acceleration: b − a_dec ≤ c̄ᵀ a ≤ b + a_acc along the interval's
+    /// mean direction, with the disturbance b. Hard: [`Self::top_speed`] allows for a larger one.
     pub(crate) fn acceleration_limits(&mut self, subproblem: &Subproblem<'_>) {
         for k in self.stages() {
             let dt = subproblem.steps[k - 1];

@@ -1,22 +1,20 @@
 //! Names of a program's columns and rows, for readers of its bare numbers: the [`Layout`] function,
 //! the stage, and the index. Stages count from 1; edges, discs and AUVs from 0.
 
+use std::fmt;
+
+use serde::Serialize as _;
+
 use crate::program::layout::{Layout, Slack};
 
 const AXES: [&str; 2] = ["ahead", "starboard"];
 const CONE: [&str; 3] = ["bound", "ahead", "starboard"];
 const CONE_WITH_DEPTH: [&str; 4] = ["bound", "ahead", "starboard", "depth"];
 
-impl Slack {
-    /// Its name in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Motion => "motion",
-            Self::AcousticRange => "acoustic_range",
-            Self::OtherRange => "other_range",
-            Self::Area => "area",
-            Self::KeepOut => "keep_out",
-        }
+/// Its name in JSON.
+impl fmt::Display for Slack {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.serialize(f)
     }
 }
 
@@ -45,7 +43,7 @@ impl Layout {
             names.put_each(self.deviation(k), &format!("deviation[{k}]"), &AXES);
             names.put_each(self.velocity(k), &format!("velocity[{k}]"), &AXES);
             for slack in self.slacks() {
-                names.put(self.slack(k, slack), format!("slack[{k}].{}", slack.name()));
+                names.put(self.slack(k, slack), format!("slack[{k}].{slack}"));
             }
             if self.n_minimax > 0 {
                 names.put(self.minimax(k), format!("minimax[{k}]"));
@@ -90,7 +88,7 @@ impl Layout {
         names.put(self.forward_speed(k), format!("forward_speed[{k}]"));
         names.put_each(self.turn_rate(k), &format!("turn_rate[{k}]"), &["starboard", "port"]);
         for slack in self.slacks() {
-            names.put(self.slack_sign(k, slack), format!("slack_sign[{k}].{}", slack.name()));
+            names.put(self.slack_sign(k, slack), format!("slack_sign[{k}].{slack}"));
         }
         names.put_each(self.speed_cone(k), &format!("speed_cone[{k}]"), &CONE);
         if self.energy {

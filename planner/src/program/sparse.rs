@@ -50,7 +50,6 @@ impl Sparse {
         matrix
     }
 
-    /// Size in bytes.
     pub(crate) fn bytes(&self) -> usize {
         let indices = self.column_starts.capacity() + self.row_indices.capacity() + self.slots.capacity();
         size_of::<usize>() * indices + size_of::<f64>() * self.values.capacity()

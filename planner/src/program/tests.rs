@@ -326,8 +326,7 @@ fn every_bound_states_its_promise() {
         close(s[speed], 0.9);
         close(s[speed + 1], v[k].x);
         close(s[top], limits.speed_max - 0.9);
-        // A rotated cone a² ≤ b c is b c − a² = s₀² − s₁² − s₂²: square and cube of the speed
-        // bound.
+        // A rotated cone a² ≤ b c is b c − a² = s₀² − s₁² − s₂²: square and cube of the bound.
         let product = |row: usize| s[row] * s[row] - s[row + 1] * s[row + 1] - s[row + 2] * s[row + 2];
         close(product(energy), 0.85 - 0.9 * 0.9);
         close(product(energy + 3), 0.8 * 0.9 - 0.85 * 0.85);

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector2;
 
+use crate::coast::sides::nearest_on;
 use crate::craft::response::Stage;
 use crate::facts::angle::{angle_of, starboard_of, wrap};
 use crate::facts::path::curve::Side;
 use crate::problem::limits::Disc;
-use crate::problem::stage_constraints::nearest_of_chord;
 
 /// Clearance of a detour from a disc, m.
 const CLEARANCE: f64 = 1.0;
@@ -73,7 +73,7 @@ pub(crate) fn clear_course(
     let radius = |disc: &Disc| disc.radii[stage] + CLEARANCE;
     let hides = |disc: &Disc| {
         let centre = disc.centres[stage];
-        0.0 < disc.radii[stage] && (nearest_of_chord(from, to, &centre) - centre).norm() < radius(disc)
+        0.0 < disc.radii[stage] && (nearest_on(from, to, &centre) - centre).norm() < radius(disc)
     };
     let gap = |disc: &Disc| (disc.centres[stage] - from).norm() - radius(disc);
     let nearest = (0..discs.len())
@@ -89,7 +89,7 @@ pub(crate) fn clear_course(
 }
 
 fn blocks(disc: &Disc, stages: &[Stage], k: usize) -> bool {
-    let nearest = nearest_of_chord(&stages[k - 1].position, &stages[k].position, &disc.centres[k]);
+    let nearest = nearest_on(&stages[k - 1].position, &stages[k].position, &disc.centres[k]);
     (nearest - disc.centres[k]).norm() < disc.radii[k]
 }
 

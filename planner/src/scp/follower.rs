@@ -30,8 +30,7 @@ const FOLLOW_GAIN_LAG: f64 = 0.5;
 /// Rounding between the times of stages and rollouts, s.
 const TIME_ROUNDING: f64 = 5e-7;
 
-/// A craft that follows `stages`, rolled out on the response model: the planned velocity a second
-/// ahead, plus a share of its position error.
+/// A craft that follows `stages` by velocities a second ahead, plus a share of its error.
 ///
 /// ```text
 /// v_ref = v(t + 1 s) + k (p(t) − p)

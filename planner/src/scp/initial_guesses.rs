@@ -35,9 +35,8 @@ const GUESSES_MAX: usize = 4;
 impl Horizon<'_> {
     /// Guesses without an earlier plan; `los` is the line-of-sight law's trajectory.
     ///
-    /// In order: the way round no-go areas, both sides of a wall, both sides of a turn or circle,
-    /// line of sight, straight to the goal's end; each that crosses a disc becomes two that pass
-    /// it. At most [`GUESSES_MAX`].
+    /// In order: the way round no-go areas, both sides of a wall, of a turn or circle, line of
+    /// sight, straight to the goal's end; each that crosses a disc becomes two that pass it.
     pub(crate) fn guesses_without_plan(&self, los: &[Stage]) -> Vec<Vec<Stage>> {
         let discs = &self.constraints.discs;
         let direct = self.direct();
@@ -125,8 +124,7 @@ impl Horizon<'_> {
         self.forecast.is_by_way() && self.land_near().is_some_and(near)
     }
 
-    /// At least speed until the bow is where the goal moves, with the turn to that side, then by
-    /// line of sight: the first reference, and the trajectory.
+    /// Least speed with a turn to that side, then line of sight: first reference and trajectory.
     pub(crate) fn turning_slowly(&self, side: Side) -> (Reference, Rollout) {
         let (speed_min, first) = (self.snapshot.limits().speed_min, Cell::new(None));
         let rollout = self.rolled(|_, target, asc, los| {
@@ -159,8 +157,7 @@ impl Horizon<'_> {
         })
     }
 
-    /// Straight to the goal at the end of the horizon, to arrive then: line of sight, astern of a
-    /// changing goal, never tries this.
+    /// Straight to the goal at the end of the horizon, which line of sight never tries.
     fn direct(&self) -> Vec<Stage> {
         let duration = self.times[self.times.len() - 1];
         let end = self.goal[self.goal.len() - 1].position;

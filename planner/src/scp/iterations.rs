@@ -1,5 +1,4 @@
-//! Sequential convex programming: each iteration solves a convex subproblem linearised about the
-//! previous trajectory's directions of travel.
+//! Sequential convex programming: subproblems linearised about the previous directions of travel.
 
 use nalgebra::Vector2;
 
@@ -47,7 +46,6 @@ pub(crate) struct Scp<'a> {
 
 /// Linearisation of a subproblem, and the facts within its reach, craft frame.
 struct Linearisation {
-    /// Directions of travel.
     directions: Vec<Vector2<f64>>,
     /// The goal, capped to the reach.
     goal: Vec<Vector2<f64>>,
@@ -65,7 +63,6 @@ struct Solved {
     /// The goal to which the solution's deviations refer.
     goal: Vec<Vector2<f64>>,
     solution: Solution,
-    /// Residuals of the solution, if any.
     residuals: Option<Residuals>,
 }
 
@@ -177,7 +174,6 @@ impl Scp<'_> {
 }
 
 impl Solved {
-    /// The trajectory of the solution.
     fn stages(&self, horizon: &Horizon<'_>) -> Vec<Stage> {
         let Self { layout, goal, solution, .. } = self;
         let later = (1..=layout.n_stages).map(|k| Stage {
@@ -247,8 +243,7 @@ fn cosine_of_turn(before: &[Stage], after: &[Stage]) -> f64 {
         .fold(1.0, f64::min)
 }
 
-/// Accepts a solution of any status with a result, if the certificate holds. Statuses are matched
-/// by name, so that a new one needs a decision.
+/// Accepts any status with a result whose certificate holds. A new status needs a decision.
 fn accept(
     solution: &Solution,
     residuals: Option<&Residuals>,

@@ -46,9 +46,7 @@ const NOTICEABLE: f64 = 1e-3;
 /// Worst noticeable violation of each of several soft limits.
 pub(crate) type Violations<const N: usize> = [Option<Violation>; N];
 
-/// Distance from a no-go area that costs as much as to be in it, m: the rest of the program's
-/// margin is for a rollout's error. Otherwise a previous plan that cuts a corner ever closer would
-/// cost least.
+/// Distance from a no-go area that costs as much as to be in it, m, so that no plan cuts corners.
 const SHORE_KEPT: f64 = 0.3;
 
 /// Violation of a limit of position, m, and its subject.
@@ -56,9 +54,8 @@ type Excess = (f64, Option<Subject>);
 
 /// Prediction of `rollout`, and the limits of position that it violates.
 ///
-/// The cost is the program's in natural units, without its scale and its cap on far goals, plus the
-/// program's price of every violated limit of position, at the worst point of each interval. A
-/// rollout keeps the craft's own limits.
+/// The cost is the program's in natural units, without its scale and its cap on far goals, plus its
+/// price of every violated limit of position at the worst point of each interval.
 pub(crate) fn predict(horizon: &Horizon<'_>, rollout: &Rollout) -> (Predicted, CostTerms, Violations<6>) {
     let weights = &horizon.weights;
     let (mut predicted, mut terms) = track(horizon, &rollout.stages, weights);
@@ -104,7 +101,6 @@ impl Limit {
     }
 }
 
-/// The larger violation.
 fn worse(a: Option<Violation>, b: Option<Violation>) -> Option<Violation> {
     match (a, b) {
         (Some(first), Some(second)) if first.amount < second.amount => b,
@@ -121,8 +117,7 @@ struct Pricing<'a> {
 }
 
 impl Pricing<'_> {
-    /// Adds the price of `limits`, and returns the worst violation of each. They share a slack, so
-    /// only the largest violation is priced.
+    /// Adds the price of the largest violation of `limits`, which share a slack; the worst of each.
     fn add<const N: usize>(&mut self, limits: [Limit; N], slack_price: (f64, f64)) -> Violations<N> {
         let (linear, quadratic) = slack_price;
         let mut broken: Violations<N> = [None; N];
@@ -188,8 +183,7 @@ fn excess(horizon: &Horizon<'_>, limit: Limit, place: &Waypoint) -> Excess {
     }
 }
 
-/// How much nearer than [`SHORE_KEPT`] the line through `places` from `from` comes to a no-go area,
-/// m.
+/// How much nearer than [`SHORE_KEPT`] the line through `places` comes to a no-go area, m.
 fn shore_excess(horizon: &Horizon<'_>, mut from: Vector2<f64>, places: &[Waypoint]) -> f64 {
     let Some(land) = horizon.land_near() else { return 0.0 };
     let excess = |place: &Waypoint| {

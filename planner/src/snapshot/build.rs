@@ -106,8 +106,7 @@ impl Snapshot {
         Ok(Self::of_estimates(request, (paths, estimates), land, tuned, due()))
     }
 
-    /// The same moment for another craft of the fleet, that of a checked `request`. What is known of
-    /// the AUVs and the no-go areas is shared.
+    /// The same moment for another craft of the fleet; the AUVs and the no-go areas are shared.
     pub(crate) fn of_other_craft(&self, request: PlanRequest) -> Self {
         let known = (self.paths.clone(), self.estimates.clone());
         Self::of_estimates(request, known, self.shared_land(), &self.tuned, self.cut_short)
@@ -196,7 +195,6 @@ impl Snapshot {
         self.of_others.contains(&self.auvs[auv].id)
     }
 
-    /// Its no-go areas.
     pub(crate) fn land(&self) -> &Land {
         &self.land
     }

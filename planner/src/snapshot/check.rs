@@ -40,8 +40,7 @@ impl PlanRequest {
     /// Checks all fields; estimates nothing.
     ///
     /// # Errors
-    /// All faults in the order of the fields. If a list is too long, that alone: later checks
-    /// compare every name with every other.
+    /// All faults in order. A list that is too long is alone: names are compared with each other.
     pub fn check(&self) -> Result<(), InvalidRequest> {
         self.known_paths().map(drop)
     }
@@ -86,6 +85,13 @@ impl Task {
             check.goal_length(&self.goal);
             check.goal(self, auvs);
         })
+    }
+}
+
+impl VehicleId {
+    /// The faults of the name at `place`.
+    pub(crate) fn faults(&self, place: &str) -> Vec<FieldError> {
+        found(|check| check.name(place, self))
     }
 }
 
@@ -208,18 +214,30 @@ impl Check {
 
     /// Checks each of `values` against its range.
     pub(crate) fn numbers<const N: usize>(&mut self, field: &str, ranges: &[Range; N], values: [f64; N]) {
+        self.given(field, ranges, values.map(Some));
+    }
+
+    /// Checks each of the given `values` against its range.
+    pub(crate) fn given<const N: usize>(
+        &mut self,
+        field: &str,
+        ranges: &[Range; N],
+        values: [Option<f64>; N],
+    ) {
         for ((name, range), value) in ranges.iter().zip(values) {
-            self.within(format_args!("{field}/{name}"), value, range);
+            if let Some(value) = value {
+                self.within(format_args!("{field}/{name}"), value, range);
+            }
         }
     }
 
     /// Checks each number of a kind against its range, as it maps it, by member within `field`.
-    fn each_within(
+    pub(crate) fn each_within(
         &mut self,
         field: &str,
     ) -> impl FnMut(&str, &RangeInclusive<f64>, Option<&f64>) -> Option<f64> {
         move |place, range, given| {
-            let (_, member) = place.split_once('.').unwrap_or_default();
+            let (_, member) = place.rsplit_once('.').unwrap_or_default();
             self.within(format_args!("{field}/{member}"), *given?, range);
             given.copied()
         }

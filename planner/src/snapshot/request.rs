@@ -159,7 +159,6 @@ impl PlanRequest {
         self.acoustics.map(|acoustics| acoustics.range_max_m)
     }
 
-    /// Limits of the surface craft.
     pub(crate) fn limits(&self) -> Limits {
         self.limits.as_ref().map_or(Limits::ANY, Limits::from)
     }

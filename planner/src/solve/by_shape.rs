@@ -2,8 +2,7 @@
 
 use crate::program::layout::Layout;
 
-/// Most bytes of programs, and likewise of solvers, in a workspace besides those of the shape in
-/// use: a dozen ordinary shapes, or one large one.
+/// Most bytes of programs, and of solvers, besides those in use: a dozen ordinary shapes.
 pub const KEPT_BYTES_MAX: usize = 8 << 20;
 
 /// Values of the last used shapes.
@@ -29,7 +28,6 @@ impl<T> ByShape<T> {
         })
     }
 
-    /// The last used value.
     pub(crate) fn last(&mut self) -> Option<&mut T> {
         self.kept.last_mut().map(|(.., value)| value)
     }
@@ -52,7 +50,6 @@ impl<T> ByShape<T> {
         self.kept.iter().map(|(_, bytes, _)| bytes).sum()
     }
 
-    /// Shapes of all values.
     pub(crate) fn shapes(&self) -> impl Iterator<Item = &Layout> {
         self.kept.iter().map(|(layout, ..)| layout)
     }

@@ -1,13 +1,16 @@
 //! A check of a solution against its program, independent of the solver.
 
-use faer::sparse::linalg::matmul::sparse_dense_matmul;
+use faer::sparse::linalg::matmul::{SparseDenseMatMul, sparse_dense_matmul};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Accum, ColMut, ColRef, Par};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::{
-    program::{build::Program, sparse::Sparse, standard_form::Cone},
+    program::{
+        build::{Cone, Program},
+        sparse::Sparse,
+    },
     solve::clarabel::Solution,
 };
 
@@ -40,15 +43,8 @@ impl Residuals {
 
         let a = view(&program.constraints);
         let (mut a_x, mut at_z) = (vec![0.0; a.nrows()], vec![0.0; a.ncols()]);
-        multiply(a, x, &mut a_x);
-        sparse_dense_matmul(
-            ColMut::from_slice_mut(&mut at_z).as_mat_mut(),
-            Accum::Replace,
-            a.transpose(),
-            z.as_mat(),
-            1.0,
-            Par::Seq,
-        );
+        multiply(Accum::Replace, a, x, &mut a_x);
+        multiply(Accum::Replace, a.transpose(), z, &mut at_z);
         let mut p_x = vec![0.0; a.ncols()];
         multiply_symmetric(&program.quadratic, x, &mut p_x);
 
@@ -93,29 +89,16 @@ fn view(matrix: &Sparse) -> SparseColMatRef<'_, usize, f64> {
     SparseColMatRef::new(symbolic, &matrix.values)
 }
 
-fn multiply(matrix: SparseColMatRef<'_, usize, f64>, x: ColRef<'_, f64>, result: &mut [f64]) {
-    sparse_dense_matmul(
-        ColMut::from_slice_mut(result).as_mat_mut(),
-        Accum::Replace,
-        matrix,
-        x.as_mat(),
-        1.0,
-        Par::Seq,
-    );
+fn multiply(sum: Accum, matrix: impl SparseDenseMatMul<f64>, x: ColRef<'_, f64>, result: &mut [f64]) {
+    let result = ColMut::from_slice_mut(result).as_mat_mut();
+    sparse_dense_matmul(result, sum, matrix, x.as_mat(), 1.0, Par::Seq);
 }
 
 /// P x from the upper triangle: U x + Uᵀ x − diag(U) x.
 fn multiply_symmetric(upper: &Sparse, x: ColRef<'_, f64>, result: &mut [f64]) {
     let u = view(upper);
-    multiply(u, x, result);
-    sparse_dense_matmul(
-        ColMut::from_slice_mut(result).as_mat_mut(),
-        Accum::Add,
-        u.transpose(),
-        x.as_mat(),
-        1.0,
-        Par::Seq,
-    );
+    multiply(Accum::Replace, u, x, result);
+    multiply(Accum::Add, u.transpose(), x, result);
     for column in 0..upper.n_cols {
         for entry in upper.column_starts[column]..upper.column_starts[column + 1] {
             if upper.row_indices[entry] == column {

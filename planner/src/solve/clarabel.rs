@@ -8,9 +8,8 @@ use clarabel::{
 };
 use serde::{Deserialize, Serialize};
 
-use crate::program::build::Program;
+use crate::program::build::{Cone, Program};
 use crate::program::sparse::Sparse;
-use crate::program::standard_form::{Cone, StandardForm};
 use crate::solve::by_shape::ByShape;
 use crate::solve::stop::Stop;
 
@@ -27,8 +26,7 @@ const PER_ENTRY: usize = 120;
 const PER_COLUMN: usize = 400;
 const PER_FACTOR_ENTRY: usize = 16;
 
-/// Most interior-point iterations: more than twice the hardest case, see
-/// `docs/rationale.md#solver`.
+/// Most interior-point iterations: twice the hardest case, see `docs/rationale.md#solver`.
 const ITERATIONS_MAX: u32 = 100;
 
 /// Final status of a solve.
@@ -91,16 +89,6 @@ impl Solution {
     }
 }
 
-/// Solves with refinement and Clarabel's scaling: slower, for ill-conditioned programs.
-fn solve_with_care(program: &StandardForm<'_>, settings: DefaultSettings<f64>, stop: &Stop) -> Solution {
-    let settings =
-        DefaultSettings { iterative_refinement_enable: true, equilibrate_enable: true, ..settings };
-    let Some(mut solver) = new_solver(program, settings) else {
-        return Solution::none(SolverStatus::NumericalError);
-    };
-    solve_until_due(&mut solver, stop)
-}
-
 /// Solvers kept by problem shape: symbolic factorisation and memory are set up once, and numbers
 /// are replaced. Without equilibration a reused solver equals a new one.
 pub struct Solvers {
@@ -156,16 +144,23 @@ impl Solvers {
         if !gave_up {
             return solution;
         }
-        // Rare: numbers of very different size, see `docs/rationale.md#solver`.
-        let Some(settings) = settings(self.tolerance) else {
+        // Rare, and slower: numbers of very different size, see `docs/rationale.md#solver`.
+        let settings = settings(self.tolerance).map(|settings| DefaultSettings {
+            iterative_refinement_enable: true,
+            equilibrate_enable: true,
+            ..settings
+        });
+        let Some(settings) = settings else {
             return solution;
         };
-        let careful = solve_with_care(&program.standard_form(), settings, stop);
+        let careful = new_solver(program, settings).map_or_else(
+            || Solution::none(SolverStatus::NumericalError),
+            |mut solver| solve_until_due(&mut solver, stop),
+        );
         Solution { iterations: solution.iterations + careful.iterations, ..careful }
     }
 
-    /// The solver for the program's shape with the program's numbers; `None` if Clarabel refuses
-    /// them, which no [`Program`] causes.
+    /// The solver with the program's numbers; `None` if Clarabel refuses them, which none causes.
     fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
         if self.by_shape.is_kept(&program.layout) {
             let solver = self.by_shape.last()?;
@@ -174,7 +169,7 @@ impl Solvers {
             solver.update_A(&program.constraints.values).ok()?;
             solver.update_b(&program.bounds).ok()?;
         } else {
-            let solver = new_solver(&program.standard_form(), settings(self.tolerance)?)?;
+            let solver = new_solver(program, settings(self.tolerance)?)?;
             let bytes = bytes(program, &solver);
             self.by_shape.insert(program.layout, bytes, solver);
         }
@@ -182,7 +177,6 @@ impl Solvers {
     }
 }
 
-/// Approximate size of a solver of `program`.
 fn bytes(program: &Program, solver: &DefaultSolver<f64>) -> usize {
     let entries = program.constraints.values.len() + program.quadratic.values.len();
     let columns = program.layout.n_variables() + program.layout.n_rows();
@@ -206,12 +200,12 @@ fn solve_until_due(solver: &mut DefaultSolver<f64>, stop: &Stop) -> Solution {
     }
 }
 
-fn new_solver(program: &StandardForm<'_>, settings: DefaultSettings<f64>) -> Option<DefaultSolver<f64>> {
+fn new_solver(program: &Program, settings: DefaultSettings<f64>) -> Option<DefaultSolver<f64>> {
     DefaultSolver::new(
-        &csc(program.quadratic),
-        program.linear,
-        &csc(program.constraints),
-        program.bounds,
+        &csc(&program.quadratic),
+        &program.linear,
+        &csc(&program.constraints),
+        &program.bounds,
         &program.cones.iter().map(cone).collect::<Vec<_>>(),
         settings,
     )
@@ -230,11 +224,9 @@ fn settings(tolerance: f64) -> Option<DefaultSettings<f64>> {
         .tol_infeas_rel(0.0)
         .reduced_tol_infeas_rel(0.0)
         .max_threads(1)
-        // Refinement takes half of the time; the certificate detects errors:
-        // `docs/rationale.md#solver`.
+        // Takes half of the time; the certificate detects errors: `docs/rationale.md#solver`.
         .iterative_refinement_enable(false)
-        // Updates re-apply the first data's scaling, so a kept solver would depend on its past; the
-        // program scales itself instead.
+        // Updates would re-apply the first data's scaling; the program scales itself instead.
         .equilibrate_enable(false)
         .presolve_enable(false)
         .input_sparse_dropzeros(false)

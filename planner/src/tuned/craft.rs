@@ -39,11 +39,9 @@ numbers! {
         crab_max = 1.0,
         /// Recent turn whose thrust the speed lacks, rad.
         hard_turn = 0.35,
-        /// The same as a yaw rate, rad/s, for a craft without way, whose recent turns are not
-        /// observed.
+        /// The same as a yaw rate, rad/s, for a craft without way.
         hard_yaw_rate = 0.04,
-        /// Largest ratio of a following craft's lead to the motion of its reference between two
-        /// plans.
+        /// Largest ratio of a following craft's lead to its reference's motion between two plans.
         lead_max = 2.0,
         /// Least speed for an observation of drift, m/s.
         speed_with_drift = 0.15,
@@ -66,16 +64,14 @@ numbers! {
         effect_reversal = 0.2,
         /// Time in which sufficient evidence fades, s.
         effect_fading_time = 60.0,
-        /// Relative error of an expected change: a first-order lag has no dead times, overshoot or
-        /// integrators. It bounds the evidence per second: a late response to a large step is no
-        /// fault.
+        /// Relative error of an expected change, without dead times, overshoot or integrators. It
+        /// bounds the evidence per second: a late response to a large step is no fault.
         effect_model_error = 0.5,
         /// Standard deviation of heading changes from noise and waves, rad.
         effect_heading_sigma = 0.04,
         /// Standard deviation of speed changes, m/s. Waves exceed it, but briefly.
         effect_speed_sigma = 0.02,
-        /// Share of its rates that is planned for a loop whose references have no effect: a partial
-        /// failure obeys it, and a recovery shows.
+        /// Share of its rates that is planned for a loop without effect: a recovery shows.
         effect_left = 0.5,
 
         /// Time constant of the monitor's correction towards measurements, s.
@@ -122,8 +118,7 @@ numbers! {
         course_speed_ratio = 1.4,
         /// Largest share of the top speed for this least speed.
         course_speed_share = 0.6,
-        /// Largest share of the weaker acceleration limit that a disturbance takes in a plan, for a
-        /// loop with an integrator, which unwinds.
+        /// Largest share of the weaker limit that a disturbance takes if an integrator unwinds.
         disturbance_share_of_an_integrator = 0.9,
         /// The same without an integrator: a present push, as of thrust used in a turn, is brief.
         disturbance_share = 0.5,

@@ -1,9 +1,8 @@
 numbers! {
     /// Numbers of the estimates of AUVs.
     EstimateNumbers {
-        /// White acceleration along north and along east after the last report, m²/s³. Chosen on
-        /// simulated lawn-mowers: 1.63 m RMS error in half a minute; from 1e-4 to 1e-3, 1.59 to
-        /// 1.80 m.
+        /// White acceleration along either axis after the last report, m²/s³. Chosen on simulated
+        /// lawn-mowers: 1.63 m RMS in half a minute; from 1e-4 to 1e-3, 1.59 to 1.80 m.
         acceleration_density = 2.0e-4,
         /// Standard deviation of a telemetered speed, m/s: a quantised Doppler log or thruster
         /// model, and the speed of a sawtooth around its mean.
@@ -14,16 +13,13 @@ numbers! {
         /// Largest squared Mahalanobis distance of an accepted measurement of two numbers: the 99.9
         /// % quantile of χ² with two degrees of freedom, −2 ln 0.001.
         gate = 13.815_510_557_964_274,
-        /// White acceleration of a straight-moving vehicle between reports, along either axis,
-        /// m²/s³.
+        /// White acceleration of a straight-moving vehicle along either axis, m²/s³.
         straight_density = 1.5e-4,
-        /// Its growth with the speed, m²/s³ per (m/s)²: at 1 m/s the course wanders by 0.03 rad in
-        /// 10 s. Without it, errors at 3 m/s are 2 to 4 times what the covariance says (`cargo test
-        /// --lib speed_band -- --nocapture`).
+        /// Its growth with the speed, m²/s³ per (m/s)². Without it, errors at 3 m/s are 2 to 4
+        /// times what the covariance says (`cargo test --lib speed_band -- --nocapture`).
         straight_density_of_speed = 1.0e-4,
         /// Distance over which a manoeuvring vehicle loses its velocity, m: twice the radius of a
-        /// usual turn. Mean normalised errors are below 1.1 at 0.05 to 3 m/s; with 10 m up to 1.6
-        /// (telemetry) and 6 (none).
+        /// usual turn. Mean normalised errors are below 1.1 at 0.05 to 3 m/s; with 10 m up to 6.
         forgetting_length = 20.0,
         /// Mean distance before a manoeuvre, m: lanes of a survey.
         straight_length = 100.0,
@@ -31,8 +27,7 @@ numbers! {
         manoeuvre_length = 30.0,
         /// Least speed in the manoeuvre model, m/s: half of the slowest cruise of known vehicles.
         manoeuvre_speed_min = 0.1,
-        /// Largest acceleration towards a telemetered speed, m/s²: from rest to 1 m/s within the
-        /// ten seconds between two fixes.
+        /// Largest acceleration towards a telemetered speed, m/s²: to 1 m/s between two fixes.
         acceleration_max = 0.1,
 
         /// Largest share of fixes outside the gate on a track that fits.
@@ -43,9 +38,8 @@ numbers! {
         outlier_share = 0.02,
         /// Scale of outliers along an axis, m.
         outlier_scale = 20.0,
-        /// Gain in log-likelihood that an inflation of the accuracies needs: twice the value that
-        /// χ² with one degree of freedom exceeds once in a hundred thousand. Of 14,400 lists of
-        /// true claims 6 are doubted.
+        /// Gain in log-likelihood that an inflation of the accuracies needs: twice what χ² exceeds
+        /// once in a hundred thousand. Of 14,400 lists of true claims 6 are doubted.
         inflation_evidence = 10.0,
         /// Deficit of log-likelihood that ends the search for wider inflations, if hardly any fix
         /// is outside the gate. If most are, single fixes decide, and wider ones are undetermined.
@@ -61,16 +55,14 @@ numbers! {
         /// Largest distance of two simultaneous fixes that are one message over two links, m.
         repeated_within = 0.1,
 
-        /// Standard deviation of the velocity along either axis of a vehicle of which only ranges
-        /// are known, m/s.
+        /// Standard deviation of a velocity's axis of which only ranges are known, m/s.
         range_speed_sigma = 1.0,
         /// Share of ranges that went a longer way, and of fixes that are outliers beside ranges.
         multipath_share = 0.05,
         /// Mean length of a longer way beyond the direct one, m.
         multipath_length = 20.0,
-        /// Most particles of all vehicles with ranges together. Against 100,000 of a plain filter,
-        /// errors are 1.02 times as large; with 3000 1.09 times, and twice as many sure estimates
-        /// are wrong.
+        /// Most particles of all vehicles with ranges. Against 100,000, errors are 1.02 times as
+        /// large; with 3000 1.09 times, and twice as many sure estimates are wrong.
         particles_most = 10_000.0,
         /// Fewest particles of a vehicle, when its place is known.
         particles_least = 1000.0,
@@ -87,20 +79,17 @@ numbers! {
         /// Standard deviation of the position of a state without a covariance, m: an acoustic fix.
         state_sigma = 1.5,
 
-        /// Largest age of a telemetered rate of turn, s: six of the ten-second slots in which an
-        /// acoustic network usually hears of a vehicle, a third of a lawn-mower's turn. With 30 s,
+        /// Largest age of a telemetered rate of turn, s: a third of a lawn-mower's turn. With 30 s,
         /// the forecast a minute ahead is 12 % farther off; with more, a vehicle that falls silent
         /// in a turn would be forecast to circle.
         turn_rate_age_max = 60.0,
-        /// Averaging time of a rate of turn that is not reported, s. Course errors of 0.05 rad, one
-        /// a second, leave 0.01 rad/s.
+        /// Averaging time of a rate of turn that is not reported, s.
         turn_rate_memory = 5.0,
         /// Least significant rate of turn, rad/s: 22° over the default horizon of 78 s.
         turn_rate_min = 0.005,
 
         /// Distance over which a vehicle off any path forgets its course, m, before any turn was
-        /// seen. Chosen on six patterns: without it, the craft is 4 to 10 % farther off; from 40 to
-        /// 100 m the distance varies by 2 to 6 %.
+        /// seen. Without it the craft is 4 to 10 % farther off; from 40 to 100 m, 2 to 6 %.
         forgets_after = 60.0,
 
         /// Shortest time of a steady turn, s. The four numbers were chosen so that of lanes, boxes,
@@ -108,8 +97,7 @@ numbers! {
         steady_turn_time = 120.0,
         /// Least angle of a steady turn, rad.
         steady_turn_min = 1.8,
-        /// Least difference of the squared normalised residuals of a straight line and of a steady
-        /// turn.
+        /// Least gain in squared normalised residuals of a steady turn over a straight line.
         steady_turn_gain = 60.0,
         /// Largest misfit of a steady turn, in standard deviations of χ² above its expectation.
         steady_turn_misfit = 1.5,
@@ -120,8 +108,7 @@ numbers! {
         leaves_after = 3600.0,
         /// Mean time until it returns, s.
         returns_after = 600.0,
-        /// Least current for the hypothesis of a declared speed over ground, m/s; less is uncertain
-        /// anyway.
+        /// Least current for the hypothesis of a declared speed over ground, m/s.
         current_min = 0.05,
         /// Spread of the place along the path besides the speed's error, m²/s. The surges of a
         /// sawtooth's reversals, 0.4 m each, two in a cycle of 200 s, make 0.0016.
@@ -133,8 +120,7 @@ numbers! {
         path_speed_sigma = 0.05,
         /// The same as a share of the declared speed: accuracy of planned speeds.
         path_speed_share = 0.2,
-        /// Spread of that difference, (m/s)²/s, between still water (0.85 m of error, without the
-        /// path 0.95 m) and an unknown current.
+        /// Spread of that difference, (m/s)²/s, between still water and an unknown current.
         pace_density = 1.0e-5,
         /// The spread for vehicles whose speed changes by 0.1 m/s in 100 s. The speed of robot
         /// boats changes by 20 to 40 % within a leg, an AUV's by 4 %.
@@ -145,9 +131,8 @@ numbers! {
         pace_density_erratic = 1.0e-2,
         /// Standard deviation of the velocity across the path, m/s: the offset's spread in 10 s.
         across_sigma = 0.014,
-        /// Standard deviation of a telemetered, momentary speed along the path, m/s: half of the
-        /// 0.1 m/s that a sawtooth's reversal adds. Without telemetry first errors are a tenth
-        /// larger.
+        /// Standard deviation of a telemetered, momentary speed along the path, m/s: half of what a
+        /// sawtooth's reversal adds. Without telemetry first errors are a tenth larger.
         telemetry_sigma = 0.05,
         /// Standard deviation of the path's offset along either axis at the first report, m: most
         /// vehicles are some metres off, as in an unknown current. With the three numbers below
@@ -176,9 +161,8 @@ numbers! {
         loose_turn = 4.0,
         /// Standard deviation of what it adds to a rough vehicle's errors, m.
         rough_turn = 12.0,
-        /// Standard deviation of the way that a turn takes beyond the path's, m/rad; it is learnt
-        /// at each corner. Without it, lanes with overshot corners are 22 m off after a minute
-        /// instead of 7.5 m.
+        /// Standard deviation of the way that a turn takes beyond the path's, m/rad, learnt at each
+        /// corner. Without it, lanes with overshot corners are 22 instead of 7.5 m off.
         exact_corner = 0.1,
         /// The same standard deviation for a loose vehicle.
         loose_corner = 3.0,
@@ -198,16 +182,14 @@ numbers! {
         course_unlike = 0.01,
         /// Least bend that is a turn, rad; fixes of 1.5 m bend a leg twice by up to 0.2 rad.
         turn_least = 0.35,
-        /// Standard deviation of the beginning of a turn of unknown radius, s: with the possible
-        /// turn rates it begins up to 7 s before or after the middle one. Of turns up to 20 s ahead
-        /// (Otter, seeds 61 to 63) the 50 % interval holds 54 instead of 20 %, the 95 % interval 98
-        /// instead of 54 %.
+        /// Standard deviation of the beginning of a turn of unknown radius, s: up to 7 s either
+        /// way. Of turns up to 20 s ahead (Otter, seeds 61 to 63) the 50 % interval holds 54
+        /// instead of 20 %, the 95 % interval 98 instead of 54 %.
         turn_begins_sigma = 4.0,
 
         /// Least standard deviation of a fix, m, in a track: vehicles move no straighter.
         fix_sigma_min = 0.7,
-        /// Price of a leg, in squares of normalised residuals: 4 for its numbers, the rest for its
-        /// end among 64 reports.
+        /// Price of a leg, in squared residuals: 4 for its numbers, the rest for its end.
         leg_price = 14.0,
         /// Tolerance of the simplification of a track, in standard deviations of a fix.
         track_tolerance = 0.7,
@@ -221,8 +203,7 @@ numbers! {
         long_leg = 8.0,
         /// The same as a share of the longest leg.
         long_leg_share = 0.2,
-        /// Distance between compared points of two pieces of a track, in standard deviations of a
-        /// fix.
+        /// Distance between compared points of a track, in standard deviations of a fix.
         spacing = 2.7,
         /// Least change of course of a compared piece, rad: nearly a half turn. At 2.5, 5 of 200
         /// tracks through random way-points had a pattern, at 3.0 at most one.
@@ -243,8 +224,7 @@ numbers! {
 
         /// Least height of a detected sawtooth, m: gauge errors and swell are 2.5 % of it.
         sawtooth_height_min = 4.0,
-        /// Depth change from the last extreme at which a vehicle has reversed, as a share of the
-        /// height.
+        /// Depth change from an extreme that is a reversal, as a share of the height.
         swing = 0.3,
         /// Largest relative difference of reversal depths (by the height) and of the legs' rates.
         spread_max = 0.1,

@@ -1,8 +1,7 @@
 numbers! {
     /// Numbers of the forecasts of AUVs.
     ForecastNumbers {
-        /// Rate of turn below which a forecast without a path is straight, rad/s. It amounts to 9°
-        /// over the default horizon of 78 s.
+        /// Rate of turn below which a forecast is straight, rad/s: 9° over the default horizon.
         turn_rate_straight = 0.002,
         /// Averaging time of drift, s, as of the current, and the time in which it fades along a
         /// path. Chosen on `slocum`, 0.01 m off instead of 0.37 m, and `faults`: without fading 1.5
@@ -23,8 +22,7 @@ numbers! {
         /// path, 0.1 m/s across: RMS error over 60 s 0.70 m; offset kept: 1.26 m; 1.5 m: 0.80 m; 3
         /// m: 0.59 m, but would lose by errors of a reported course.
         approach_length = 2.0,
-        /// Default standard deviation of a reported position along either axis, m: of an acoustic
-        /// fix.
+        /// Default standard deviation of a position along either axis, m: an acoustic fix's.
         position_sigma = 1.5,
         /// Default standard deviation of a reported velocity along either axis, m/s.
         velocity_sigma = 0.05,
@@ -34,9 +32,8 @@ numbers! {
         /// Standard deviation of the speed along a known path, as a share of the speed through the
         /// water: accuracy of planned speeds in a current known to 0.02 m/s.
         path_speed_share = 0.1,
-        /// Standard deviation of the cross-track offset that a follower acquires besides the
-        /// forecast, m. Measured on the simulated follower: a current of 0.1 m/s across changes its
-        /// offset by 0.7 m RMS over 60 s.
+        /// Standard deviation of the cross-track offset that a follower acquires, m. Measured: a
+        /// current of 0.1 m/s across changes its offset by 0.7 m RMS over 60 s.
         cross_track_sigma = 0.7,
     }
 }

@@ -9,8 +9,7 @@ numbers! {
         keep_margin = 0.04,
         /// The same for a larger, smaller, faster or slower one of its kind.
         adapt_margin = 0.003,
-        /// Price of a figure that is always outside the area or within a keep-out or the distance
-        /// to keep, as a multiple of its cost.
+        /// Price of a figure that is always in breach of a bound, as a multiple of its cost.
         breach_price = 10.0,
         /// Standard deviation of an unknown navigation along either axis, m.
         unknown_sigma = 20.0,

@@ -16,8 +16,7 @@ numbers! {
         dwell_max = 1200.0,
         /// Least ratio of distinct times of service.
         dwell_ratio = 1.2,
-        /// Silence in mean intervals between reports: by chance 1 in 65,000, with half of them
-        /// lost.
+        /// Silence in mean intervals between reports: by chance 1 in 65,000, with half lost.
         silent_intervals = 8.0,
         /// Silence in longest gaps between reports: AUVs that report in bursts pause as long again.
         silent_gaps = 2.0,
@@ -25,8 +24,7 @@ numbers! {
         silence_min = 60.0,
         /// Longest interval between plans that counts as listening, s; outages do not.
         listened_max = 10.0,
-        /// Least height of a rise and of a fall of an unknown dive, m: swell and gauge errors are
-        /// smaller.
+        /// Least rise and fall of an unknown dive, m: swell and gauge errors are smaller.
         swing_height_min = 4.0,
         /// Interval of the present rate of that dive, s.
         swing_rate_time = 10.0,

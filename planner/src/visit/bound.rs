@@ -29,6 +29,7 @@
 //! With n periods the times between, s₀ … sₙ, cost a s₀ + Σ sₖ²/2 + θ sₙ and sum to H − T: all have
 //! the same marginal cost, at most μ. A golden-section search finds the best μ.
 
+use crate::facts::bisection::last_at_which;
 use crate::facts::visit::Reduce;
 use crate::visit::fleet::{Candidate, Fleet};
 use crate::visit::intercept::Craft;
@@ -44,7 +45,7 @@ const PRICE_RATIO: f64 = 1e-4;
 const PERIODS_MAX: u32 = 1 << 14;
 
 /// Steps of the search for a largest cost.
-const HALVINGS: usize = 40;
+const HALVINGS: u32 = 40;
 
 /// An AUV in the relaxation.
 #[derive(Clone)]
@@ -79,9 +80,8 @@ struct Relaxation {
     n_craft: f64,
 }
 
-/// A lower bound on the cost of any schedules of several craft with the same AUVs; none if one does
-/// not reach them all. It is that of one craft with the time of all, the speed of the fastest and
-/// the arrivals of the nearest.
+/// A lower bound on the cost of any schedules of several craft with the same AUVs, if all are
+/// reached: that of one craft with the time, the best speed and the best arrivals of all.
 pub(crate) fn least_cost_of(fleets: &[&Fleet]) -> Option<f64> {
     let first = fleets.first()?;
     let speed = fleets.iter().map(|fleet| fleet.craft.speed).fold(0.0, f64::max);
@@ -274,7 +274,7 @@ impl Relaxation {
     /// Bound of the largest relative cost: the least one that the craft has time to maintain.
     /// Periods of an AUV are at most m seconds apart: n ≥ (H − s₀ − T)/m of them.
     fn largest(&self) -> f64 {
-        let enough = |cost: f64| {
+        let is_too_little = |cost: f64| {
             let needed = |auv: &Relaxed| {
                 let m = (cost / auv.relative - auv.floor) / auv.growth;
                 let uncovered = (self.horizon - (m - auv.age).max(0.0)).max(0.0);
@@ -282,19 +282,11 @@ impl Relaxation {
                 uncovered * (travel / m.max(f64::MIN_POSITIVE)).min(1.0)
             };
             let sharing = self.auvs.iter().filter(|auv| auv.travel.is_some() && 0.0 < auv.relative);
-            sharing.map(needed).sum::<f64>() <= self.time * self.n_craft
+            self.time * self.n_craft < sharing.map(needed).sum::<f64>()
         };
         let unserved = |auv: &Relaxed| auv.relative * (auv.floor + auv.growth * (auv.age + self.horizon));
-        let (mut low, mut high) = (0.0, self.auvs.iter().map(unserved).fold(0.0, f64::max));
-        for _ in 0..HALVINGS {
-            let cost = 0.5 * (low + high);
-            if enough(cost) {
-                high = cost;
-            } else {
-                low = cost;
-            }
-        }
-        low
+        let most = self.auvs.iter().map(unserved).fold(0.0, f64::max);
+        last_at_which(is_too_little, [0.0, most], HALVINGS)
     }
 }
 

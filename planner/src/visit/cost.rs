@@ -24,7 +24,6 @@ pub(crate) struct ServicePlace {
 }
 
 impl ServicePlace {
-    /// Slant range, m.
     fn range(&self) -> f64 {
         self.distance.hypot(self.depth)
     }
@@ -63,8 +62,7 @@ impl VisitCost {
         }
     }
 
-    /// Candidate times of service, s, distinct and ascending, at least `least`, for an AUV with
-    /// `cost` at their beginning and service from `place`.
+    /// Distinct ascending times of service, s, for an AUV with `cost` at first, from `place`.
     ///
     /// An age is 0 at once. A variance is almost stationary after √(S/q), and longer visits pay
     /// after a long leg. A backlog ends when it is uploaded.

@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::estimate::rigid_motion::number;
 use crate::facts::auv::Auv;
 use crate::facts::evidence::Report;
 use crate::predict::forecast::{AuvForecast, BETWEEN_MIN};
@@ -24,7 +23,6 @@ struct Swing {
     age: f64,
     /// Amplitude in quadrature, m: the present rate over the frequency.
     ahead: f64,
-    /// Angular frequency, rad/s.
     frequency: f64,
 }
 
@@ -59,7 +57,7 @@ impl Swing {
         let gone: f64 = steps.map(|pair| (kept(pair[1][1]) - kept(pair[0][1])).abs()).sum();
         let height = most - least;
         let frequency = PI * gone / ((newest - depths[0][0]) * height);
-        let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / number(depths.len());
+        let mean = depths.iter().map(|[_, depth]| kept(*depth)).sum::<f64>() / depths.len() as f64;
         let rate = (kept(depth_now) - kept(before[1])) / (newest - before[0]);
         Some(Self {
             least,
@@ -103,8 +101,7 @@ impl DepthAhead<'_> {
     }
 }
 
-/// The depths of all AUVs of the snapshot: by the `forecasts`, or an oscillation of reported depths
-/// if no dive is declared or found.
+/// The depths of all AUVs by the `forecasts`, or by an oscillation of undeclared reported depths.
 pub(crate) fn depths_ahead<'a>(snapshot: &Snapshot, forecasts: &'a [AuvForecast]) -> Vec<DepthAhead<'a>> {
     let depth = |(auv, forecast): (&Auv, &'a AuvForecast)| {
         let undeclared = auv.dive.is_none() && forecast.holds_depth();

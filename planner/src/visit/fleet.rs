@@ -60,14 +60,12 @@ pub(crate) struct Candidate {
     pub(crate) track: SampledTrack,
     /// Weight of its cost; the sum over all is 1.
     pub(crate) share: f64,
-    /// Its present cost.
     pub(crate) cost: f64,
     /// Its pending deadline, s after now.
     pub(crate) deadline: Option<f64>,
     /// Least slant range at which it can be served, m.
     pub(crate) shallowest: f64,
-    /// Detours to it round no-go areas, m: from the craft, and from each AUV of the snapshot;
-    /// infinite where no way leads. Empty without such areas.
+    /// Detours to it round no-go areas, m, from the craft and each AUV; infinite without a way.
     pub(crate) detours: Vec<f64>,
 }
 
@@ -76,7 +74,6 @@ pub(crate) struct Candidate {
 pub(crate) struct Fleet {
     pub(crate) tuned: VisitNumbers,
     pub(crate) craft: Craft,
-    /// Present speed of the craft through the water, m/s.
     pub(crate) speed_now: f64,
     /// From near to far, independent of names and order: a mirror image has the same order.
     pub(crate) candidates: Vec<Candidate>,
@@ -86,11 +83,9 @@ pub(crate) struct Fleet {
     pub(crate) arc: f64,
     pub(crate) dwell_min: f64,
     pub(crate) reduce: Reduce,
-    /// Horizon, s.
     pub(crate) horizon: f64,
     /// Time for which the costs at the horizon count, s: the mean time to the next service.
     pub(crate) afterwards: f64,
-    /// Price of a missed deadline.
     pub(crate) deadline_price: f64,
     /// Indices in the snapshot of AUVs that the craft does not reach within the horizon.
     pub(crate) out_of_reach: Vec<usize>,
@@ -108,8 +103,7 @@ pub(crate) struct ScheduledAuv {
 }
 
 impl Fleet {
-    /// The `members` that the craft of `snapshot` can visit at `speed`, m/s, through the water,
-    /// with the turn rate `turn_rate`, rad/s.
+    /// The `members` that the craft of `snapshot` can visit at this speed and turn rate.
     pub(crate) fn new(
         snapshot: &Snapshot,
         visits: &Visits,

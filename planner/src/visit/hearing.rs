@@ -1,6 +1,5 @@
 //! Silence of AUVs, counted while the craft is where it heard them before.
 
-use crate::estimate::rigid_motion::number;
 use crate::facts::evidence::Report;
 use crate::predict::forecast::{BETWEEN_MIN, SURFACED_DEPTH};
 use crate::snapshot::build::Snapshot;
@@ -48,11 +47,10 @@ impl<'a> Heard<'a> {
             return None;
         }
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
-        let mean = gaps.clone().sum::<f64>() / number(times.len() - 1);
+        let mean = gaps.clone().sum::<f64>() / (times.len() - 1) as f64;
         Some([mean, gaps.fold(0.0, f64::max)])
     }
 
-    /// `true` if its newest report is from the surface.
     fn surfaced(&self) -> bool {
         let times = self.reports.iter().map(|report| report.t_s);
         let newest = times.fold(f64::NEG_INFINITY, f64::max);

@@ -3,7 +3,6 @@
 use nalgebra::Vector2;
 
 use crate::estimate::legs::PastWork;
-use crate::estimate::rigid_motion::number;
 use crate::facts::angle::{angle_of, wrap};
 use crate::facts::options::ForecastModel;
 use crate::predict::forecast::AuvForecast;
@@ -43,8 +42,8 @@ impl SampledTrack {
         depth: impl Fn(f64) -> f64,
     ) -> Self {
         let forecast = forecast.likeliest();
-        let step = horizon / number(SAMPLES);
-        let times = || (0..=SAMPLES).map(|i| number(i) * step);
+        let step = horizon / SAMPLES as f64;
+        let times = || (0..=SAMPLES).map(|i| i as f64 * step);
         // A forecast that forgets its course is such a mean already.
         let foreseen = |time: f64| {
             let straight = forecast.at(time);
@@ -76,21 +75,19 @@ impl SampledTrack {
     fn piece(&self, time: f64) -> TrackPiece {
         let (before, _) = self.place(time);
         let last = before + 2 == self.positions.len();
-        let end = number(before + 1) * self.step;
+        let end = (before + 1) as f64 * self.step;
         TrackPiece {
             end: if last { f64::INFINITY } else { end },
             velocity: (self.positions[before + 1] - self.positions[before]) / self.step,
         }
     }
 
-    /// Depth at a time, m.
     pub(crate) fn depth_at(&self, time: f64) -> f64 {
         let (before, share) = self.place(time);
         let from = self.depths[before];
         from + (self.depths[before + 1] - from) * share
     }
 
-    /// Least depth, m.
     pub(crate) fn shallowest(&self) -> f64 {
         self.depths.iter().copied().fold(f64::INFINITY, f64::min)
     }
@@ -119,7 +116,6 @@ impl SampledTrack {
 struct TrackPiece {
     /// End, s after now.
     end: f64,
-    /// Velocity, m/s.
     velocity: Vector2<f64>,
 }
 
@@ -128,7 +124,6 @@ struct TrackPiece {
 pub(crate) struct Craft {
     /// Largest speed through the water, m/s.
     pub(crate) speed: f64,
-    /// Rate of turn, rad/s.
     pub(crate) turn_rate: f64,
     /// Current, in the craft's present frame, m/s.
     pub(crate) current: Vector2<f64>,
@@ -158,8 +153,7 @@ pub(crate) struct Arrival {
 }
 
 impl Craft {
-    /// The earliest time until `end`, s after now, at which the craft can be within `within` of the
-    /// AUV.
+    /// The earliest time until `end`, s after now, at which the craft can be within `within`.
     ///
     /// ```text
     /// f(t) = ‖p(t) − p₀ − v_c (t − t₀)‖ − within − u max(0, t − t₀ − τ) ≤ 0
@@ -170,8 +164,7 @@ impl Craft {
         self.reach_after(track, from, (from.time, 0.0), within, end)
     }
 
-    /// The same for a craft that first turns on the spot, at its full rate, to the meeting point,
-    /// and sails a detour.
+    /// The same for a craft that first turns on the spot to the meeting point, and sails a detour.
     pub(crate) fn arrive(
         &self,
         track: &SampledTrack,

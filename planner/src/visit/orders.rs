@@ -6,8 +6,7 @@ use crate::visit::fleet::Fleet;
 const ALL_TOURS_MAX: usize = 5;
 
 impl Fleet {
-    /// Tours of all candidates, to be repeated, beginning with `first`: all of them for few
-    /// candidates, else the nearest-neighbour tour.
+    /// Tours of all candidates from `first` on: all for few, else that to nearest neighbours.
     pub(crate) fn tours(&self, first: usize) -> Vec<Vec<usize>> {
         let others: Vec<_> = (0..self.candidates.len()).filter(|other| *other != first).collect();
         if self.candidates.len() <= ALL_TOURS_MAX {

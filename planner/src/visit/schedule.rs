@@ -25,7 +25,6 @@ pub(crate) struct Scheduler<'a> {
     pub(crate) report_age_max: f64,
     /// Distance of ways from no-go areas, m.
     pub(crate) clearance: f64,
-    /// `true` after the deadline.
     pub(crate) due: &'a dyn Fn() -> bool,
 }
 

@@ -11,7 +11,6 @@ use std::cell::Cell;
 
 use smallvec::SmallVec;
 
-use crate::estimate::rigid_motion::number;
 use crate::facts::ranges::AUVS_MAX;
 use crate::visit::cost::Dwells;
 use crate::visit::fleet::Fleet;
@@ -29,8 +28,7 @@ const DWELLS_OF_MANY: usize = 3;
 /// Most candidates with which each visit is followed by every other candidate.
 const ALL_NEXT_MAX: usize = 8;
 
-/// Number of candidates tried after each visit if there are more. With all 15, schedules of 16 AUVs
-/// cost as much and take 2.5 times as long.
+/// Candidates tried after each visit: with 15, 16 AUVs cost as much in 2.5 times the time.
 const NEXT_OF_MANY: usize = 5;
 
 /// Times of service of a tour, s beyond the least one.
@@ -39,9 +37,8 @@ const TOUR_DWELLS: [f64; 4] = [0.0, 30.0, 90.0, 210.0];
 /// Most visits of a tour; adjacent AUVs would allow thousands.
 const TOUR_VISITS_MAX: usize = 500;
 
-/// Most arrivals and visits computed, as a multiple of the visits tried. AUVs minutes apart need a
-/// tenth of them; a search among adjacent AUVs, with visits of a second, would need thousands of
-/// times more.
+/// Most arrivals and visits computed, as a multiple of the visits tried: AUVs minutes apart need a
+/// tenth; a search among adjacent AUVs would need thousands of times more.
 const WORK: usize = 8;
 
 /// Shortest planned visit, s.
@@ -166,8 +163,7 @@ impl Search<'_> {
         }
     }
 
-    /// The candidates of the next visit: with many, those with the greatest cost over the time
-    /// until they are served, and all with a pending deadline.
+    /// The next candidates: with many, those of the greatest cost until served, or with a deadline.
     fn next(&self, state: &CostState) -> SmallVec<[usize; AUVS_MAX]> {
         let (fleet, from) = (self.fleet, self.fleet.departure(state).position);
         let others = (0..fleet.candidates.len()).filter(|to| state.with != Some(*to));
@@ -287,7 +283,6 @@ impl Search<'_> {
         }
     }
 
-    /// `true` if bounds are used.
     fn bounded(&self) -> bool {
         self.fleet.candidates.len() <= BOUNDED_MAX
     }
@@ -314,7 +309,7 @@ impl Search<'_> {
         }
         if width < here.len() {
             self.exact = false;
-            let end = fleet.horizon * number(slot + 1) / number(SLOTS);
+            let end = fleet.horizon * (slot + 1) as f64 / SLOTS as f64;
             let mut ranked: Vec<_> =
                 here.iter().map(|node| (fleet.rank(&self.nodes[*node].state, end), *node)).collect();
             ranked.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -325,7 +320,7 @@ impl Search<'_> {
 
     #[expect(clippy::cast_possible_truncation, reason = "a time within the horizon is in one of 60 slots")]
     fn slot(&self, time: f64) -> usize {
-        ((time / self.fleet.horizon * number(SLOTS)) as usize).min(SLOTS - 1)
+        ((time / self.fleet.horizon * SLOTS as f64) as usize).min(SLOTS - 1)
     }
 
     fn found(&self) -> Option<Found> {

@@ -74,8 +74,7 @@ fn next(schedule: &Schedule, law: &VisitCost, now: f64) -> String {
     said
 }
 
-/// AUVs that can be visited again or are gone, and the cost of the former next visit. All AUVs that
-/// cannot be visited any more are named.
+/// AUVs that can be visited again or are gone, and the cost of the former next visit.
 fn changed(schedule: &Schedule, before: &Schedule, now: f64) -> String {
     let mut said = String::new();
     let of =

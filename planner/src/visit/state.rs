@@ -2,7 +2,6 @@
 
 use nalgebra::Vector2;
 
-use crate::estimate::rigid_motion::number;
 use crate::facts::angle::wrap;
 use crate::facts::ranges::AUVS_MAX;
 use crate::facts::visit::Reduce;
@@ -52,7 +51,6 @@ pub(crate) struct VisitWindow {
 }
 
 impl Fleet {
-    /// The present state.
     pub(crate) fn start(&self) -> CostState {
         let mut costs = [0.0; AUVS_MAX];
         let (mut pending, mut peak) = (0, 0.0_f64);
@@ -157,8 +155,7 @@ impl Fleet {
         later
     }
 
-    /// Advances to `end`, s after now, on a straight `way`, with the candidate `with` or alone.
-    /// Passed candidates are served.
+    /// Advances to `end`, s after now, on a `way`, `with` a candidate or alone; serves the passed.
     pub(crate) fn pass(
         &self,
         state: &mut CostState,
@@ -235,7 +232,7 @@ impl Fleet {
 
     /// Weight of a candidate relative to the mean weight.
     pub(crate) fn relative(&self, candidate: &Candidate) -> f64 {
-        candidate.share * number(self.candidates.len())
+        candidate.share * self.candidates.len() as f64
     }
 
     /// Cost of a state at the horizon, without missed deadlines.

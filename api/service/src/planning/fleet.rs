@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use axum::response::Response;
 use planner::fleet::Assignment;
+use planner::plan::Plan;
 use planner::stop::Stop;
 
 use crate::edge::arrival::Arrival;
@@ -39,19 +40,19 @@ pub(crate) async fn plan_fleet(
     });
     let (fleet, assignment, deadline, Context { origin, metadata }) = read.await??;
     let (fleet, assignment) = (Arc::new(fleet), Arc::new(assignment));
-    let n = fleet.n_craft();
-    let mut ahead = fleet.at_rest(&assignment);
-    let mut surface_craft = Vec::with_capacity(n);
-    for craft in 0..n {
-        let (of, among, seen) = (Arc::clone(&fleet), Arc::clone(&assignment), ahead.clone());
-        let snapshot = planners.read(&permit, move |_| of.snapshot(craft, &among, &seen)).await?;
+    let (mut plans, mut surface_craft) = (Vec::<Plan>::new(), Vec::new());
+    for (craft, left) in (1..=fleet.n_craft()).rev().enumerate() {
+        let (of, among) = (Arc::clone(&fleet), Arc::clone(&assignment));
+        let read = planners.read(&permit, move |_| (of.next(&among, &plans), plans));
+        let (snapshot, ahead) = read.await?;
         let valid = ValidRequest { snapshot, context: Context { origin, ..Context::default() } };
-        let share = deadline.share(&planners.clock, n - craft);
+        let share = deadline.share(&planners.clock, left);
         let made = |context: &Context, planned: &Planned, _, _: &Stop| {
             Ok((answer(planned, context).planned(), planned.plan.clone()))
         };
         let (response, plan) = valid.planned(planners, Arc::clone(&permit), share, made).await?;
-        fleet.add_to(&mut ahead, craft, &plan);
+        plans = ahead;
+        plans.push(plan);
         surface_craft.push(CraftPlan::new(craft, &assignment, response));
     }
     let answer = move |_| {

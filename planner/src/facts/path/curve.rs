@@ -12,9 +12,8 @@ use crate::facts::path::segment::Segment;
 
 /// A path with a continuous tangent.
 ///
-/// An open path continues straight before its beginning and after its end. On a closed path,
-/// positions repeat after each lap while the tangent angle grows by the path's total turn, so a
-/// follower sees no jump at the seam.
+/// An open path continues straight at both ends. On a closed path, positions repeat after each lap
+/// while the tangent angle grows by the path's total turn: no jump at the seam.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     pub(super) segments: Vec<Segment>,
@@ -22,7 +21,6 @@ pub struct Path {
     pub(super) start: PathPoint,
     pub(super) end: PathPoint,
     pub(super) length: f64,
-    /// Sum of the absolute turns, rad.
     turn: f64,
     /// Bounding box of each [`BLOCK`] of pieces.
     pub(super) boxes: Vec<Extent>,
@@ -208,7 +206,6 @@ impl Path {
         lap == other_lap && piece.is_some_and(holds)
     }
 
-    /// Sum of the absolute turns, rad.
     pub(crate) fn total_turn(&self) -> f64 {
         self.turn
     }

@@ -21,8 +21,7 @@ pub const LENGTH_MIN: f64 = 1e-3;
 /// Largest gap between two segments, m: coordinates rounded to millimetres miss by up to 0.7 mm.
 pub const GAP_MAX: f64 = 1e-3;
 
-/// Largest change of direction between two segments, rad: a millimetre on a metre, 0.06°. A vehicle
-/// that turns at 0.3 rad/s makes it in 3 ms.
+/// Largest change of direction between segments, rad: 0.06°, turned in 3 ms at 0.3 rad/s.
 pub const KINK_MAX: f64 = 1e-3;
 
 /// Largest angle of an arc, rad: a full circle, with rounding.

@@ -41,19 +41,16 @@ pub struct PathPoint {
 pub(crate) struct Piece {
     /// Arc length of the path at its beginning, m.
     pub(crate) from: f64,
-    /// Its beginning (north, east), m.
     pub(crate) start: Vector2<f64>,
     /// Tangent angle at its beginning, rad, not wrapped.
     pub(crate) tangent: f64,
     /// Signed curvature, 1/m, positive to starboard.
     pub(crate) curvature: f64,
-    /// Its length, m.
     pub(crate) length: f64,
     pub(crate) leg: Leg,
 }
 
 impl Piece {
-    /// A straight piece.
     pub(crate) fn line(start: Vector2<f64>, tangent: f64, length: f64) -> Self {
         Self { from: 0.0, start, tangent, curvature: 0.0, length, leg: Leg::default() }
     }
@@ -70,7 +67,6 @@ impl Piece {
         }
     }
 
-    /// Arc length of the path at its end, m.
     pub(crate) fn end(&self) -> f64 {
         self.from + self.length
     }

@@ -137,7 +137,6 @@ impl Segment {
     }
 }
 
-/// The vector from one point to another, m.
 fn between(from: &[f64; 2], to: &[f64; 2]) -> Vector2<f64> {
     Vector2::from(*to) - Vector2::from(*from)
 }

@@ -33,7 +33,6 @@ pub const LOOP_FROM: f64 = PI * 5.0 / 6.0;
 pub(crate) struct Overshot {
     /// Least turn of such a corner, rad.
     pub(crate) from: f64,
-    /// Radius of the turn, m.
     pub(crate) radius: f64,
 }
 
@@ -42,13 +41,11 @@ pub(crate) struct Overshot {
 pub(super) enum Corners {
     /// One radius for all, m, for which the legs must have room; 0 if there is no corner.
     Fillets { radius: f64 },
-    /// This radius, m, or the largest for which the legs have room.
-    /// Corners sharper than an angle, rad, may be overshot by another radius.
+    /// This radius, m, or the largest possible; sharper corners may be overshot by another one.
     Turns { radius: f64, overshot: Option<Overshot> },
 }
 
-/// Legs and corners between `points`, and back to the first if `ring`. `declared` describes each
-/// leg, or is empty. Repeated points are omitted.
+/// Legs and corners between distinct `points`; `declared` describes each leg, or is empty.
 pub(super) fn legs(
     points: &[[f64; 2]],
     declared: &[Leg],
@@ -170,7 +167,6 @@ impl Legs {
         Ok(legs)
     }
 
-    /// Number of legs.
     fn n(&self) -> usize {
         self.points.len() - usize::from(!self.ring)
     }
@@ -255,19 +251,11 @@ impl Legs {
                 return Corner { radius, tangent_length: radius * unit, turn, kind: CornerKind::Overshot };
             }
             if LOOP_FROM < turn.abs() {
-                return Corner {
-                    radius: radius.min(0.5 * shorter),
-                    tangent_length: 0.0,
-                    turn,
-                    kind: CornerKind::Loop,
-                };
+                let radius = radius.min(0.5 * shorter);
+                return Corner { radius, tangent_length: 0.0, turn, kind: CornerKind::Loop };
             }
-            Corner {
-                radius,
-                tangent_length: (radius * (0.5 * turn.abs()).tan()).min(shorter),
-                turn,
-                kind: CornerKind::Cut,
-            }
+            let tangent_length = (radius * (0.5 * turn.abs()).tan()).min(shorter);
+            Corner { radius, tangent_length, turn, kind: CornerKind::Cut }
         };
         let mut corners: Vec<Corner> = (0..n).map(wanted).collect();
         let taken = |leg: usize| corners[leg].lengths()[1] + corners[(leg + 1) % n].lengths()[0];
@@ -303,11 +291,10 @@ impl Legs {
             let end = self.points[leg] + along;
             match corner.kind {
                 CornerKind::Loop => pieces.extend(looped(end, tangent, corner.radius, corner.turn)),
-                CornerKind::Overshot => pieces.extend(
-                    overshot(end, tangent, corner.radius, corner.turn)
-                        .into_iter()
-                        .filter(|piece| LENGTH_OF_ROUNDING < piece.length),
-                ),
+                CornerKind::Overshot => {
+                    let arcs = overshot(end, tangent, corner.radius, corner.turn).into_iter();
+                    pieces.extend(arcs.filter(|piece| LENGTH_OF_ROUNDING < piece.length));
+                }
                 CornerKind::Cut if LENGTH_OF_ROUNDING < corner.radius * corner.turn.abs() => {
                     let start = end - direction(tangent) * after;
                     pieces.push(Piece::arc(start, tangent, corner.radius, corner.turn));
@@ -336,21 +323,28 @@ fn overshot_length(turn: f64) -> f64 {
     turn.abs().sin() + 2.0 * back(turn).sin()
 }
 
-/// Two arcs from a point to a leg from it, at an angle `turn` to `tangent`: by θ + δ into the turn,
-/// and by δ away from it on to the leg.
+/// Two arcs from a point to a leg from it: by θ + δ into the turn, and by δ away from it.
 fn overshot(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 2] {
     let back = back(turn).copysign(turn);
-    let mut at = (point, tangent);
-    [turn + back, -back].map(|angle| {
-        let piece = Piece::arc(at.0, at.1, radius, angle);
+    arcs(point, tangent, radius, [turn + back, -back])
+}
+
+/// Arcs one after the other, each through one of `angles`.
+fn arcs<const N: usize>(
+    mut point: Vector2<f64>,
+    mut tangent: f64,
+    radius: f64,
+    angles: [f64; N],
+) -> [Piece; N] {
+    angles.map(|angle| {
+        let piece = Piece::arc(point, tangent, radius, angle);
         let end = piece.at(piece.length);
-        at = (end.position, end.tangent);
+        (point, tangent) = (end.position, end.tangent);
         piece
     })
 }
 
-/// Three arcs from a point back to it, by which a vehicle on `tangent` turns by `turn`: by φ away
-/// from the turn, by |θ| + 2 φ into it, and by φ away again.
+/// Three arcs back to their beginning that turn by `turn`: φ away, |θ| + 2 φ into it, φ away.
 ///
 /// ```text
 /// centres, for r = 1, θ > 0 and ψ = 0:  C₁ = (0, −1),
@@ -362,11 +356,5 @@ fn looped(point: Vector2<f64>, tangent: f64, radius: f64, turn: f64) -> [Piece; 
     let (sin, cos) = (0.5 * turn.abs()).sin_cos();
     let second = Vector2::new(sin, -cos) * (cos + (4.0 - sin * sin).sqrt());
     let away = FRAC_PI_2 - angle_of(&(second - Vector2::new(0.0, -1.0)));
-    let mut at = (point, tangent);
-    [-away, turn.abs() + 2.0 * away, -away].map(|angle| {
-        let piece = Piece::arc(at.0, at.1, radius, side * angle);
-        let end = piece.at(piece.length);
-        at = (end.position, end.tangent);
-        piece
-    })
+    arcs(point, tangent, radius, [-away, turn.abs() + 2.0 * away, -away].map(|angle| side * angle))
 }

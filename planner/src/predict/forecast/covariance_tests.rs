@@ -70,8 +70,7 @@ fn covariance(samples: impl Iterator<Item = Vector2<f64>>) -> Matrix2<f64> {
     sum / n
 }
 
-/// Errors of randomly accelerating vehicles with initial errors as in `filtered`. The true velocity
-/// turns with the forecast's rate of turn.
+/// Errors of randomly accelerating vehicles that turn as forecast, from those of `filtered`.
 fn unforeseen_variance(turn_rate: f64, seconds: u32) -> Matrix2<f64> {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let root = filtered().cholesky().expect("is positive definite").l();

@@ -190,9 +190,8 @@ fn at_rest_the_axes_are_remembered_or_else_reported() {
     near_to(asked.at(0.0).position, direction(0.5) * 10.0, 1e-12);
 }
 
-/// A goal from fixes, one every ten seconds with σ 1.5 m: the AUV moves at `speed` for five minutes
-/// on a course of 1 rad, then rests. Returns the offset's directions, second by second, after a
-/// rest of 300 s.
+/// A goal from fixes of σ 1.5 m every ten seconds: the AUV moves at `speed` for five minutes on a
+/// course of 1 rad, then rests. Returns the offset's directions each second after 300 s of rest.
 fn directions_beside_a_vehicle_at_rest(seed: u64, speed: f64) -> Vec<f64> {
     let mut random = Random(seed);
     let fix = |k: u32| {

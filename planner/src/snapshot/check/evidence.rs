@@ -71,18 +71,10 @@ impl Check {
         }
         self.place(field, report, now);
         let values = [report.north_m, report.east_m, report.range_m, Some(report.sigma_m)];
-        for ((name, range), value) in REPORT.iter().zip(values) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
-        }
+        self.given(field, &REPORT, values);
         if let Some(travel) = report.travel {
             let values = [Some(travel.time_s), travel.reply_delay_s, Some(travel.sound_speed_mps)];
-            for ((name, range), value) in TRAVEL_TIME.iter().zip(values) {
-                if let Some(value) = value {
-                    self.within(format_args!("{field}/travel/{name}"), value, range);
-                }
-            }
+            self.given(&format!("{field}/travel"), &TRAVEL_TIME, values);
             let (range, within) = (travel.range(), REPORT_RANGE);
             if !within.contains(&range) {
                 let detail = format!(
@@ -94,11 +86,7 @@ impl Check {
             }
         }
         let telemetry = [report.depth_m, report.course_rad, report.speed_mps, report.turn_rate_radps];
-        for ((name, range), value) in TELEMETRY.iter().zip(telemetry) {
-            if let Some(value) = value {
-                self.within(format_args!("{field}/{name}"), value, range);
-            }
-        }
+        self.given(field, &TELEMETRY, telemetry);
     }
 
     /// A report has a position, or a range and the place from which it was measured.

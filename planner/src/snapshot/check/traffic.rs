@@ -47,18 +47,10 @@ impl Check {
             vessel.length_m,
             vessel.sigma_m,
         ];
-        for ((name, range), value) in VESSEL.iter().zip(values) {
-            let outside = |value| FieldError::outside(format_args!("{field}/{name}"), value, range);
-            self.invalid.extend(value.and_then(outside));
-        }
-        let length = FieldError::of_length(
-            format_args!("{field}/plan"),
-            vessel.plan.len(),
-            &VESSEL_PLAN_LENGTH,
-            "items",
-        );
-        if length.is_some() {
-            return self.invalid.extend(length);
+        self.given(field, &VESSEL, values);
+        let n_planned = vessel.plan.len();
+        if !VESSEL_PLAN_LENGTH.contains(&n_planned) {
+            return self.length(format_args!("{field}/plan"), n_planned, &VESSEL_PLAN_LENGTH);
         }
         for (i, point) in vessel.plan.iter().enumerate() {
             self.numbers(&format!("{field}/plan/{i}"), &VESSEL_PLAN, *point);

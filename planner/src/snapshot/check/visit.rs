@@ -6,9 +6,9 @@ use super::Check;
 use crate::facts::{
     auv::VehicleId,
     field_error::pointer_token,
-    ranges::{GOAL_VISIT, SERVED_VEHICLE, TIME, VISIT, VISIT_COST, VISIT_DATA, VISIT_UNCERTAINTY, WEIGHT},
+    ranges::{GOAL_VISIT, SERVED_VEHICLE, TIME, VISIT, VISIT_COST, WEIGHT},
     schedule::Schedule,
-    visit::{VisitCost, Visits},
+    visit::Visits,
 };
 
 const NOT_NAMED: &str = "only vehicles in goal/auvs count";
@@ -16,16 +16,7 @@ const NOT_NAMED: &str = "only vehicles in goal/auvs count";
 impl Check {
     pub(super) fn visits(&mut self, visits: &Visits) {
         self.numbers("/goal", &GOAL_VISIT, [visits.within(), visits.dwell_min()]);
-        match visits.cost {
-            VisitCost::Age => {}
-            VisitCost::Uncertainty { fixes: _, growth_m2ps, sigma_m, sigma_rad, interval_s } => {
-                let values = [growth_m2ps, sigma_m, sigma_rad, interval_s];
-                self.numbers("/goal/cost", &VISIT_UNCERTAINTY, values);
-            }
-            VisitCost::Data { growth_kbps, upload_kbps, range_max_m } => {
-                self.numbers("/goal/cost", &VISIT_DATA, [growth_kbps, upload_kbps, range_max_m]);
-            }
-        }
+        let _ = visits.cost.map(&mut self.each_within("/goal/cost"));
         let by_name = [
             ("weights", &visits.weights, WEIGHT),
             ("serve_by_s", &visits.serve_by_s, TIME),

@@ -12,8 +12,7 @@ fn places(seed: u64, n: usize) -> Vec<Vector2<f64>> {
 /// Distance within which an AUV is served, m.
 const WITHIN: f64 = 20.0;
 
-/// Mean age of all AUVs in the third lap of `tour`. The craft turns on the spot, goes straight and
-/// serves AUVs within 20 m of its way.
+/// Mean age of all AUVs in the third lap of `tour`, with turns on the spot and 20 m to serve.
 fn mean_age(places: &[Vector2<f64>], tour: &[usize]) -> f64 {
     let (mut here, mut heading, mut time) = (places[tour[tour.len() - 1]], 0.0_f64, 0.0);
     let mut served: Vec<Vec<f64>> = vec![Vec::new(); places.len()];
