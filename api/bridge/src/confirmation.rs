@@ -27,7 +27,6 @@ const TURNED_SHARE: f64 = 0.1;
 /// Time over which the heading is smoothed, s.
 const SMOOTHED_S: f64 = 0.5;
 
-/// The craft's observed motion since references are sent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmation {
     taken_s: f64,

@@ -4,7 +4,6 @@
 //! sends only what `Authority` allows. If any part stops, the autopilot's own time-out stops the
 //! craft, and the mission's log has the reason.
 
-use std::fmt;
 use std::time::{Duration, Instant};
 
 use ::wire::{DeclaredLimits, Origin, mission::SteeringState};
@@ -122,15 +121,6 @@ const REQUEST_INTERVAL_S: u64 = 5;
 const LOG_INTERVAL_S: u64 = 30;
 /// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
-
-impl fmt::Debug for Bridge {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Bridge")
-            .field("settings", &self.settings)
-            .field("telemetry", &self.telemetry)
-            .finish_non_exhaustive()
-    }
-}
 
 impl Bridge {
     /// A bridge on its `clock`. `open` opens wires: [`crate::wire::open`], or a test's.

@@ -145,7 +145,9 @@ impl<'a> Facts<'a> {
     pub(super) fn line(self, steering: Option<&Steering>) -> String {
         let (now, link) = (self.now, self.link);
         let mode = match self.autopilot.control(now) {
-            Control::Reported(Some((heartbeat, age))) if age <= HEARTBEAT_AGE_MAX_S => heartbeat.mode_name(),
+            Control::Reported(Some((heartbeat, age))) if age <= HEARTBEAT_AGE_MAX_S => {
+                heartbeat.mode.to_string()
+            }
             Control::Reported(Some((_, age))) => format!("autopilot heard {age:.0} s ago"),
             Control::Reported(None) => "no autopilot".to_owned(),
             Control::Unreported => "mode unknown".to_owned(),
