@@ -56,7 +56,6 @@ pub(super) struct Writer {
     connection: Connection,
     /// Deleted missions; their events are removed step by step while no command waits.
     purge: Vec<i64>,
-    /// `true` if the file may have free pages.
     free_pages: bool,
     /// `true` if the last removal failed, for example on a full disk.
     stuck: bool,
@@ -105,13 +104,6 @@ impl Writer {
 
     fn rows(&self) -> &dyn Rows {
         &self.connection
-    }
-
-    /// Merges the write-ahead file into the store's file.
-    fn checkpoint(&mut self) -> Result<(), StoreError> {
-        // While a reader is active, a part stays in the write-ahead file.
-        let is_merged = merge(&self.connection, "TRUNCATE")?;
-        is_merged.then_some(()).ok_or(StoreError::Busy)
     }
 
     /// Merges a large write-ahead file.
@@ -303,10 +295,6 @@ impl LogWriter for Writer {
         Ok(true)
     }
 
-    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
-        self.keep_time(time)
-    }
-
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
         time.write(&self.connection, TrustedTime::WRITE)
     }
@@ -354,8 +342,11 @@ impl LogWriter for Writer {
         Ok(())
     }
 
+    /// Merges the write-ahead file into the store's file.
     fn close(&mut self) -> Result<(), StoreError> {
-        self.checkpoint()
+        // While a reader is active, a part stays in the write-ahead file.
+        let is_merged = merge(&self.connection, "TRUNCATE")?;
+        is_merged.then_some(()).ok_or(StoreError::Busy)
     }
 }
 
