@@ -24,10 +24,11 @@ pub use scene::{Scene, SceneFault, TrueVehicle, TrueVessel, Truth};
 pub use setting::{ChangedPath, Setting};
 
 /// Status of a mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Created, but not started.
+    #[default]
     Created,
     /// Running.
     Running,
@@ -59,7 +60,7 @@ impl Status {
 
 /// A mission.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Mission {
     /// Its name in paths.
     pub id: String,
@@ -149,13 +150,8 @@ pub struct Assigned {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub away: BTreeMap<String, Away>,
     /// `true` if the deadline cut the search short: it cannot be repeated.
-    #[serde(default, skip_serializing_if = "is_no")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut_short: bool,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
-fn is_no(said: &bool) -> bool {
-    !said
 }
 
 /// Summary of a mission's last plan.

@@ -237,7 +237,6 @@ fn long_before(now: Instant) -> Instant {
     now.checked_sub(LONG_REQUEST).unwrap_or(now)
 }
 
-/// The network of an address, which shares its slots.
 fn network(address: IpAddr) -> IpAddr {
     match address {
         IpAddr::V6(address) => {

@@ -40,15 +40,10 @@ pub(super) struct CraftState {
     pub(super) steering: Option<Steering>,
     pub(super) previous_plan: Option<PreviousPlan>,
     /// In a fleet, `true` if it does not follow by its last plan.
-    #[serde(default, skip_serializing_if = "is_no")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     strays: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) absence: Option<Absence>,
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands references on")]
-fn is_no(said: &bool) -> bool {
-    !said
 }
 
 /// What a plan leaves for the next one.

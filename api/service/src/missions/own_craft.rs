@@ -263,7 +263,6 @@ fn is_name(name: &str) -> bool {
     (1..=ID_LENGTH_MAX).contains(&name.len()) && !name.contains(char::is_control)
 }
 
-/// `true` for missions of one bridge, which has one craft.
 fn are_of_one_bridge(one: &Mission, other: &Mission) -> bool {
     let [one, other] = [one, other].map(|mission| mission.metadata.get("bridge"));
     one.is_some() && one == other

@@ -52,7 +52,6 @@ where
     }
 }
 
-/// An order for a mission, from its request.
 type OrderCall = (Missions, By, MissionId, IdempotencyKeyHeader, IfMatch);
 
 /// Sends the command of the call `name` with that `body`, and answers with the mission after it.
