@@ -124,8 +124,7 @@ fn post(url: &str, body: &Value) -> Result<Value, Box<dyn Error + Send + Sync>> 
     let call = ureq::post(url).config().http_status_as_error(false).proxy(None).build();
     let mut answer = call.send_json(body).map_err(because_of(UNANSWERED))?;
     let is_done = answer.status().is_success();
-    let answer = answer.body_mut().read_json::<Value>();
-    let answer = answer.map_err(because_of(UNANSWERED))?;
+    let answer = answer.body_mut().read_json::<Value>().map_err(because_of(UNANSWERED))?;
     if is_done {
         return Ok(answer);
     }
