@@ -250,8 +250,7 @@ fn json_examples_are_accepted() {
 #[track_caller]
 fn of_language(language: &str, fault: impl Fn(&str) -> Option<String>) {
     none(|page| {
-        let blocks = blocks(&page.text).into_iter();
-        let blocks = blocks.filter(|block| block.language == language);
+        let blocks = blocks(&page.text).into_iter().filter(|block| block.language == language);
         let faults = blocks.filter_map(|block| Some(format!("{}\n{}", fault(&block.text)?, block.text)));
         faults.collect()
     });
