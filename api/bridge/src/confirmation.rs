@@ -84,8 +84,7 @@ impl Confirmation {
             ("the position does not move", !is_silent && is_still),
             ("the heading does not turn as told", !is_silent && is_off),
         ];
-        let missing = parts.into_iter().filter(|(_, is_missing)| *is_missing);
-        missing.map(|(words, _)| words)
+        parts.into_iter().filter(|(_, is_missing)| *is_missing).map(|(words, _)| words)
     }
 }
 

@@ -186,8 +186,7 @@ impl Bridge {
 
     /// The state of the mission; the default before [`Bridge::follow`].
     pub(crate) fn link(&self) -> LinkStatus {
-        let mission = self.log.mission.as_ref();
-        mission.map(MissionLink::status).unwrap_or_default()
+        self.log.mission.as_ref().map(MissionLink::status).unwrap_or_default()
     }
 
     /// Names of the wires, in the order of [`Telemetry::pieces`].

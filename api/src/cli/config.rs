@@ -105,14 +105,12 @@ impl Layers {
     }
 
     pub(crate) fn config(&self) -> Config {
-        let values = self.values.clone();
-        values.try_into().expect("each value was checked")
+        self.values.clone().try_into().expect("each value was checked")
     }
 
     /// `true` if the value of this setting is from its flag.
     pub(crate) fn has_flag(&self, name: &str) -> bool {
-        let source = self.sources.get(name);
-        source.is_some_and(|source| source.starts_with("--"))
+        self.sources.get(name).is_some_and(|source| source.starts_with("--"))
     }
 
     fn set(&mut self, setting: &ConfigSetting, value: Value, source: String) {

@@ -79,8 +79,7 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
             tracing::error!(%error, "the mission does not begin");
         }
     })?;
-    let failed = failure.try_recv();
-    failed.map_or(Ok(()), |error| Err(error as Box<dyn Error>))
+    failure.try_recv().map_or(Ok(()), |error| Err(error as Box<dyn Error>))
 }
 
 impl Demo {

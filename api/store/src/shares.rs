@@ -73,7 +73,6 @@ impl Shares {
         let events = append.events.iter().map(|event| event.body.len());
         let answer = append.answered.iter().map(|answered| answered.answer.len());
         let order = append.order.iter().map(|order| order.caller.len() + order.request.len());
-        let texts = events.chain(answer).chain(order);
-        texts.map(|length| length as u64 + BESIDE_TEXT).sum()
+        events.chain(answer).chain(order).map(|length| length as u64 + BESIDE_TEXT).sum()
     }
 }

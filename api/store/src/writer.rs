@@ -132,8 +132,7 @@ impl Writer {
     }
 
     fn sync_list(&mut self) -> Result<(), StoreError> {
-        let synced = self.acknowledged.sync();
-        synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))
+        self.acknowledged.sync().map_err(|error| StoreError::Unconfirmed(error.to_string()))
     }
 
     /// Makes sure that commits stay; after `Ok` they may be acknowledged.
@@ -199,8 +198,7 @@ impl LogWriter for Writer {
     }
 
     fn rest(&self) -> Option<Duration> {
-        let due = [self.purge_in(), self.acknowledged.sync_in()];
-        due.into_iter().flatten().min()
+        [self.purge_in(), self.acknowledged.sync_in()].into_iter().flatten().min()
     }
 
     fn after_command(&mut self) {
@@ -345,8 +343,7 @@ impl LogWriter for Writer {
     /// Merges the write-ahead file into the store's file.
     fn close(&mut self) -> Result<(), StoreError> {
         // While a reader is active, a part stays in the write-ahead file.
-        let is_merged = merge(&self.connection, "TRUNCATE")?;
-        is_merged.then_some(()).ok_or(StoreError::Busy)
+        merge(&self.connection, "TRUNCATE")?.then_some(()).ok_or(StoreError::Busy)
     }
 }
 

@@ -92,8 +92,7 @@ impl Home {
     pub(crate) fn await_plan(&self, mission: &str, time: f64) {
         let reference = self.url(&format!("/{mission}/reference?wait_s=5"));
         until_some(&format!("no plan after {time}"), || {
-            let made = ask_at("GET", &reference, "").json()["t_s"].as_f64();
-            made.filter(|made| time < *made)
+            ask_at("GET", &reference, "").json()["t_s"].as_f64().filter(|made| time < *made)
         });
     }
 
@@ -141,8 +140,7 @@ pub(crate) fn pilotfish() -> Command {
 }
 
 pub(crate) fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.expect("the clock is set").as_secs_f64()
+    SystemTime::now().duration_since(UNIX_EPOCH).expect("the clock is set").as_secs_f64()
 }
 
 /// Orders a service to stop; fails if it does not end, or ends otherwise.

@@ -290,8 +290,7 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
 
 /// Rounds to three significant digits: an ellipse is drawn to half a percent.
 fn three_digits(value: f64) -> f64 {
-    let written = format!("{value:.2e}");
-    written.parse().expect("is a number")
+    format!("{value:.2e}").parse().expect("is a number")
 }
 
 /// Rounds to the nearest 1/`per_unit`. No zero is negative.

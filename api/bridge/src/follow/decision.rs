@@ -108,10 +108,7 @@ impl Decision {
         };
         let others: Vec<Other> = near.iter().filter_map(seen).collect();
         let follows_plan = !self.line_of_sight;
-        let asked = |later: f64| {
-            let planned = plan.planned.at(now + later).filter(|_| follows_plan);
-            planned.unwrap_or(*reference)
-        };
+        let asked = |later: f64| plan.planned.at(now + later).filter(|_| follows_plan).unwrap_or(*reference);
         self.limiter.clear_of(now, asked, &others, limits)
     }
 

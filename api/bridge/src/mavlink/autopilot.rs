@@ -118,14 +118,12 @@ impl Parameters {
 
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
         // The decimal that a person has set: 1.2 and not 1.2000000476837158.
-        let value = self.values.get(name)?;
-        value.to_string().parse().ok()
+        self.values.get(name)?.to_string().parse().ok()
     }
 
     /// Parameters without a value so far.
     pub(crate) fn missing(&self) -> impl Iterator<Item = &'static str> {
-        let names = PARAMETERS.into_iter();
-        names.filter(|name| !self.values.contains_key(*name))
+        PARAMETERS.into_iter().filter(|name| !self.values.contains_key(*name))
     }
 
     /// The limit of reference speeds, m/s: `WP_SPEED`, or `CRUISE_SPEED` if that is 0.

@@ -78,8 +78,7 @@ fn fix(message: &MavMessage) -> Option<AuvFix> {
 
 /// The only message in `bytes`.
 fn read(bytes: &[u8]) -> (MavHeader, MavMessage) {
-    let message = FrameReader::new(bytes).read_any_message();
-    message.expect("is a whole frame")
+    FrameReader::new(bytes).read_any_message().expect("is a whole frame")
 }
 
 #[test]

@@ -109,8 +109,7 @@ impl ConnectionSlots {
 
 impl Table {
     fn count(&self, address: &IpAddr) -> usize {
-        let of = self.by_address.get(address);
-        of.map_or(0, |of| of.iter().map(BTreeSet::len).sum())
+        self.by_address.get(address).map_or(0, |of| of.iter().map(BTreeSet::len).sum())
     }
 
     fn insert(&mut self, number: u64, connection: Connection) {
@@ -260,8 +259,7 @@ mod tests {
 
     /// All of 8 slots, taken alternately by two addresses.
     fn crowded(slots: &ConnectionSlots) -> Vec<ConnectionSlot> {
-        let taken = (0..8).map(|i| slots.acquire(BAD[i % 2]).expect("is free"));
-        taken.collect()
+        (0..8).map(|i| slots.acquire(BAD[i % 2]).expect("is free")).collect()
     }
 
     fn serve(slot: &ConnectionSlot, caller: &str) {

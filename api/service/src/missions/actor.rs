@@ -380,8 +380,7 @@ impl Context {
 
     /// `false` if no plan can be stored. A plan must steer nothing then: another service may steer.
     fn may_plan(&self) -> bool {
-        let lease = self.store.lease();
-        lease.is_none_or(|lease| lease.incarnation().is_ok())
+        self.store.lease().is_none_or(|lease| lease.incarnation().is_ok())
     }
 
     /// Waits for a request and keeps it for `try_next`, or until no handle is left.

@@ -117,8 +117,7 @@ impl Fleet {
 
     /// `true` if every caller that may see one mission may see the other.
     fn have_the_same_callers(&self, one: &Mission, other: &Mission) -> bool {
-        let tokens = self.tokens.as_ref();
-        tokens.is_none_or(|tokens| tokens.permit_alike([one, other]))
+        self.tokens.as_ref().is_none_or(|tokens| tokens.permit_alike([one, other]))
     }
 }
 

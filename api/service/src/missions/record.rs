@@ -228,8 +228,7 @@ impl<'a> MissionEvents<'a> {
     }
 
     fn is_live(&self) -> bool {
-        let created = self.created.as_ref();
-        created.is_some_and(|created| created.live.is_some())
+        self.created.as_ref().is_some_and(|created| created.live.is_some())
     }
 
     /// The state before a part, so that its rows equal those of the whole record.

@@ -369,8 +369,7 @@ mod tests {
     }
 
     fn valid(tokens: &Tokens, token: &str) -> Option<StoredToken> {
-        let known = tokens.known().expect("there was a file");
-        known.find(token, tokens.now()).cloned()
+        tokens.known().expect("there was a file").find(token, tokens.now()).cloned()
     }
 
     #[tokio::test(start_paused = true)]
