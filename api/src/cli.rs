@@ -120,21 +120,19 @@ fn command_line() -> clap::Command {
     })
 }
 
-/// The feature with a command that this program lacks.
-fn brought_by(command: &str) -> Option<&'static str> {
-    match command {
-        "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => {
-            Some("the feature `laboratory` brings it: cargo build --release --features laboratory")
+/// What brings a command that this program lacks.
+fn brought_by(command: &str) -> Option<String> {
+    let feature = match command {
+        "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => "laboratory",
+        "copy-store" if !cfg!(feature = "postgres") => "postgres",
+        "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => "nats",
+        "ros2" => {
+            let launch = "the ROS 2 package brings it: ros2 launch pilotfish_ros2 pilotfish.launch.py";
+            return Some(launch.to_owned());
         }
-        "copy-store" if !cfg!(feature = "postgres") => {
-            Some("the feature `postgres` brings it: cargo build --release --features postgres")
-        }
-        "worker" | "submit" | "watch" | "collect" if !cfg!(feature = "nats") => {
-            Some("the feature `nats` brings it: cargo build --release --features nats")
-        }
-        "ros2" => Some("the ROS 2 package brings it: ros2 launch pilotfish_ros2 pilotfish.launch.py"),
-        _ => None,
-    }
+        _ => return None,
+    };
+    Some(format!("the feature `{feature}` brings it: cargo build --release --features {feature}"))
 }
 
 impl Arguments {

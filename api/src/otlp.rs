@@ -35,8 +35,7 @@ impl Tracer {
         if off || ENDPOINTS.iter().all(|name| env::var_os(name).is_none()) {
             return None;
         }
-        let exporter = SpanExporter::builder().with_http().with_http_client(Client::new());
-        let exporter = exporter.build();
+        let exporter = SpanExporter::builder().with_http().with_http_client(Client::new()).build();
         // The log is not set up yet.
         let exporter = exporter.inspect_err(|error| eprintln!("pilotfish: cannot send traces: {error}"));
         let mut resource = Resource::builder();

@@ -50,17 +50,21 @@ pub enum AutopilotSettings {
     Imc(ImcSettings),
 }
 
-pub(crate) enum AutopilotLink {
+pub(crate) struct AutopilotLink {
+    heard: Heard,
+    stack: Stack,
+}
+
+/// What is spoken on the wire.
+enum Stack {
     Mavlink {
         send: Output,
         reader: MavlinkReader,
         writer: MavlinkWriter,
-        heard: Heard,
     },
     Moos {
         send: Output,
         client: MoosClient,
-        heard: Heard,
         /// The state that was shown last; time, s, and number of the plans that were shown.
         shown: (String, f64, usize),
     },
@@ -68,10 +72,7 @@ pub(crate) enum AutopilotLink {
         send: Output,
         reader: NmeaReader,
     },
-    Imc {
-        link: Box<ImcLink>,
-        heard: Heard,
-    },
+    Imc(Box<ImcLink>),
 }
 
 /// The heartbeats of an autopilot.
@@ -114,126 +115,109 @@ impl AutopilotLink {
         clock: &Clock,
         open: impl FnOnce(&Endpoint) -> Output,
     ) -> Self {
-        match settings {
-            AutopilotSettings::Mavlink { connect, system, auvs } => Self::Mavlink {
+        let stack = match settings {
+            AutopilotSettings::Mavlink { connect, system, auvs } => Stack::Mavlink {
                 send: open(&connect),
                 reader: MavlinkReader::new(system, auvs),
                 writer: MavlinkWriter::new(system.unwrap_or(SYSTEM)),
-                heard: Heard::default(),
             },
-            AutopilotSettings::Moos { connect, auvs, datum, is_raw } => Self::Moos {
+            AutopilotSettings::Moos { connect, auvs, datum, is_raw } => Stack::Moos {
                 send: open(&connect),
                 client: MoosClient::new(&auvs, datum, is_raw),
-                heard: Heard::default(),
                 shown: (String::new(), f64::NEG_INFINITY, 0),
             },
             AutopilotSettings::Imc(settings) => {
-                let link = ImcLink::new(open(&settings.connect), settings, clock.clone());
-                Self::Imc { link: Box::new(link), heard: Heard::default() }
+                let send = open(&settings.connect);
+                Stack::Imc(Box::new(ImcLink::new(send, settings, clock.clone())))
             }
             AutopilotSettings::Nmea { connect } => {
-                Self::Nmea { send: open(&connect), reader: NmeaReader::default() }
+                Stack::Nmea { send: open(&connect), reader: NmeaReader::default() }
             }
-        }
+        };
+        Self { heard: Heard::default(), stack }
     }
 
     /// The events in `piece`, which arrived at `t_s` of the bridge's clock and `unix_s`, s.
     pub(crate) fn push(&mut self, piece: &Received, t_s: f64, unix_s: f64) -> Vec<AutopilotEvent> {
-        match self {
-            Self::Mavlink { reader, writer, heard, .. } => {
-                let events = reader.push(&piece.bytes, unix_s);
-                for event in &events {
-                    if let (AutopilotEvent::Heartbeat(newest), Some(system)) = (event, reader.craft) {
-                        if heard.newest.is_none() {
-                            tracing::info!(system, "autopilot found");
-                            *writer = MavlinkWriter::new(system);
-                        }
-                        heard.take(*newest, t_s);
-                    }
-                }
-                events
-            }
-            Self::Moos { send, client, .. } if piece.bytes.is_empty() => {
+        let events = match &mut self.stack {
+            Stack::Mavlink { reader, .. } => reader.push(&piece.bytes, unix_s),
+            Stack::Moos { send, client, .. } if piece.bytes.is_empty() => {
                 send(&client.connect(t_s, unix_s));
                 vec![]
             }
-            Self::Moos { send, client, heard, .. } => {
+            Stack::Moos { send, client, .. } => {
                 let events = client.push(&piece.bytes, t_s, unix_s);
                 if let Some(sign) = client.sign_of_life(t_s) {
                     send(&sign);
                 }
-                for event in &events {
-                    if let AutopilotEvent::Heartbeat(newest) = event {
-                        heard.take(*newest, t_s);
-                    }
-                }
                 events
             }
-            Self::Imc { link, heard } => {
-                let events = link.push(piece, t_s, unix_s);
-                for event in &events {
-                    if let AutopilotEvent::Heartbeat(newest) = event {
-                        heard.take(*newest, t_s);
-                    }
-                }
-                events
-            }
-            Self::Nmea { reader, .. } => {
+            Stack::Imc(link) => link.push(piece, t_s, unix_s),
+            Stack::Nmea { reader, .. } => {
                 let measurements = read_nmea(reader, piece, unix_s);
                 measurements.into_iter().map(AutopilotEvent::Measured).collect()
             }
+        };
+        for event in &events {
+            let AutopilotEvent::Heartbeat(newest) = event else { continue };
+            if let (Stack::Mavlink { reader, writer, .. }, None) = (&mut self.stack, self.heard.newest)
+                && let Some(system) = reader.craft
+            {
+                tracing::info!(system, "autopilot found");
+                *writer = MavlinkWriter::new(system);
+            }
+            self.heard.take(*newest, t_s);
         }
+        events
     }
 
     /// The control of the craft at `now` of the bridge's clock, s.
     pub(crate) fn control(&self, now: f64) -> Control {
-        match self {
-            Self::Mavlink { heard, .. } | Self::Moos { heard, .. } | Self::Imc { heard, .. } => {
-                heard.control(now)
-            }
-            Self::Nmea { .. } => Control::Unreported,
+        match self.stack {
+            Stack::Nmea { .. } => Control::Unreported,
+            _ => self.heard.control(now),
         }
     }
 
     /// The place of the wire's own metres, if it has such.
     pub(crate) fn datum(&self) -> Option<Origin> {
-        if let Self::Moos { client, .. } = self { client.datum } else { None }
+        if let Stack::Moos { client, .. } = &self.stack { client.datum } else { None }
     }
 
     /// The direction that the autopilot's heading loop holds, if the wire tells.
     pub(crate) fn heading_held(&self) -> Option<HeadingReference> {
-        match self {
-            Self::Mavlink { .. } => Some(HeadingReference::Heading),
-            Self::Moos { .. } | Self::Nmea { .. } => None,
+        match &self.stack {
+            Stack::Mavlink { .. } => Some(HeadingReference::Heading),
+            Stack::Moos { .. } | Stack::Nmea { .. } => None,
             // By default DUNE's path control steers the course towards a place.
-            Self::Imc { link, .. } if link.settings.headings => Some(HeadingReference::Heading),
-            Self::Imc { .. } => Some(HeadingReference::Course),
+            Stack::Imc(link) if link.settings.headings => Some(HeadingReference::Heading),
+            Stack::Imc(_) => Some(HeadingReference::Course),
         }
     }
 
     /// The link to a craft that runs DUNE.
     pub(crate) fn dune(&self) -> Option<&ImcLink> {
-        match self {
-            Self::Imc { link, .. } => Some(link),
+        match &self.stack {
+            Stack::Imc(link) => Some(link),
             _ => None,
         }
     }
 
     pub(crate) fn rejects(&self) -> &Rejects {
-        match self {
-            Self::Mavlink { reader, .. } => &reader.rejects,
-            Self::Moos { client, .. } => client.rejects(),
-            Self::Nmea { reader, .. } => reader.rejects(),
-            Self::Imc { link, .. } => &link.reader.packets.rejects,
+        match &self.stack {
+            Stack::Mavlink { reader, .. } => &reader.rejects,
+            Stack::Moos { client, .. } => client.rejects(),
+            Stack::Nmea { reader, .. } => reader.rejects(),
+            Stack::Imc(link) => &link.reader.packets.rejects,
         }
     }
 
     pub(crate) fn send(&mut self, reference: &Reference, now: f64) {
-        match self {
-            Self::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),
-            Self::Moos { send, client, .. } => send(&client.reference(reference, now)),
-            Self::Imc { link, .. } => link.reference(reference, now),
-            Self::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
+        match &mut self.stack {
+            Stack::Nmea { send, .. } => send(heading_and_speed_sentences(reference).as_bytes()),
+            Stack::Moos { send, client, .. } => send(&client.reference(reference, now)),
+            Stack::Imc(link) => link.reference(reference, now),
+            Stack::Mavlink { .. } => self.send_frames(|writer, heartbeat| {
                 writer.reference(heartbeat.autopilot, reference, boot_ms(now))
             }),
         }
@@ -242,22 +226,22 @@ impl AutopilotLink {
     /// Sends the bridge's heartbeat, even before the autopilot's: some wires wait for it. Opens a
     /// wire again that was lost unnoticed.
     pub(crate) fn send_heartbeat(&mut self, now: f64) {
-        match self {
-            Self::Mavlink { send, writer, .. } => send(&writer.heartbeat()),
-            Self::Moos { send, client, .. } => {
+        match &mut self.stack {
+            Stack::Mavlink { send, writer, .. } => send(&writer.heartbeat()),
+            Stack::Moos { send, client, .. } => {
                 if client.gives_up(now) {
                     send(&[]);
                 }
             }
-            Self::Imc { link, .. } => link.heartbeat(),
-            Self::Nmea { .. } => {}
+            Stack::Imc(link) => link.heartbeat(),
+            Stack::Nmea { .. } => {}
         }
     }
 
     /// Orders the mode in which the autopilot follows references.
     pub(crate) fn order_guided(&mut self, autopilot: Autopilot) {
-        match self {
-            Self::Imc { link, .. } => link.start(),
+        match &mut self.stack {
+            Stack::Imc(link) => link.start(),
             _ => self.send_frames(|writer, _| writer.set_guided(autopilot)),
         }
     }
@@ -265,7 +249,7 @@ impl AutopilotLink {
     /// Ends the steering at once, where the wire has a word for it, for a craft with this
     /// `heading`, rad.
     pub(crate) fn release(&mut self, heading: f64) {
-        if let Self::Imc { link, .. } = self {
+        if let Stack::Imc(link) = &mut self.stack {
             link.release(heading);
         }
     }
@@ -277,9 +261,9 @@ impl AutopilotLink {
         if !newest.may_be_steered() {
             return;
         }
-        match self {
-            Self::Imc { link, .. } if link.settings.headings => link.release(0.0),
-            Self::Moos { send, client, .. } => {
+        match &mut self.stack {
+            Stack::Imc(link) if link.settings.headings => link.release(0.0),
+            Stack::Moos { send, client, .. } => {
                 if let Some(stop) = client.stop(now) {
                     send(&stop);
                 }
@@ -290,22 +274,22 @@ impl AutopilotLink {
 
     /// Tells ground stations `text`.
     pub(crate) fn text(&mut self, severity: MavSeverity, text: &str) {
-        match self {
-            Self::Imc { link, .. } => link.log(severity, text),
+        match &mut self.stack {
+            Stack::Imc(link) => link.log(severity, text),
             _ => self.send_frames(|writer, _| writer.text(severity, text)),
         }
     }
 
     /// Writes a line of the state into the log book of the network, if it has one.
     pub(crate) fn log(&mut self, line: &str) {
-        if let Self::Imc { link, .. } = self {
+        if let Stack::Imc(link) = &mut self.stack {
             link.log(MavSeverity::MAV_SEVERITY_INFO, line);
         }
     }
 
     /// Shows the state of the steering and the plan at `now`, s, where the wire has a display.
     pub(crate) fn show(&mut self, now: f64, state: &str, link: &LinkStatus) {
-        let Self::Moos { send, client, shown, .. } = self else { return };
+        let Stack::Moos { send, client, shown } = &mut self.stack else { return };
         let (told, shown_s, count) = shown;
         let is_due = SHOW_INTERVAL_S <= now - *shown_s;
         if !is_due && told == state {
@@ -325,7 +309,7 @@ impl AutopilotLink {
 
     /// Requests the messages that the bridge needs, and the parameters that are missing.
     pub(crate) fn request(&mut self, known: &Parameters) {
-        if let Self::Imc { link, .. } = self {
+        if let Stack::Imc(link) = &mut self.stack {
             link.ask();
         }
         self.send_frames(|writer, heartbeat| {
@@ -339,8 +323,10 @@ impl AutopilotLink {
 
     /// Sends frames to an autopilot that has been heard. NMEA 0183 has none.
     pub(crate) fn send_frames(&mut self, frames: impl FnOnce(&mut MavlinkWriter, Heartbeat) -> Vec<u8>) {
-        if let Self::Mavlink { send, writer, heard: Heard { newest: Some((heartbeat, _)), .. }, .. } = self {
-            send(&frames(writer, *heartbeat));
+        if let (Stack::Mavlink { send, writer, .. }, Some((heartbeat, _))) =
+            (&mut self.stack, self.heard.newest)
+        {
+            send(&frames(writer, heartbeat));
         }
     }
 }

@@ -27,7 +27,6 @@ const TURNED_SHARE: f64 = 0.1;
 /// Time over which the heading is smoothed, s.
 const SMOOTHED_S: f64 = 0.5;
 
-/// The craft's observed motion since references are sent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Confirmation {
     taken_s: f64,
@@ -85,8 +84,7 @@ impl Confirmation {
             ("the position does not move", !is_silent && is_still),
             ("the heading does not turn as told", !is_silent && is_off),
         ];
-        let missing = parts.into_iter().filter(|(_, is_missing)| *is_missing);
-        missing.map(|(words, _)| words)
+        parts.into_iter().filter(|(_, is_missing)| *is_missing).map(|(words, _)| words)
     }
 }
 

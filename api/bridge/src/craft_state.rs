@@ -111,8 +111,7 @@ pub(crate) struct MeasuredState {
 impl MeasuredState {
     /// Speed over ground, m/s, or surge through the water if that is unknown.
     pub(crate) fn speed(&self) -> f64 {
-        let over_ground = self.ground_velocity;
-        over_ground.map_or(self.water_velocity.x, |velocity| velocity.norm())
+        self.ground_velocity.map_or(self.water_velocity.x, |velocity| velocity.norm())
     }
 }
 
@@ -200,8 +199,7 @@ impl CraftState {
             ("no heading", fresh(self.heading, now_s).is_some()),
             ("no velocity", has_velocity),
         ];
-        let missing = parts.into_iter().filter(|(_, is_known)| !is_known);
-        missing.map(|(name, _)| name)
+        parts.into_iter().filter(|(_, is_known)| !is_known).map(|(name, _)| name)
     }
 }
 
@@ -226,8 +224,7 @@ mod tests {
     }
 
     fn ground_velocity(state: &CraftState) -> Vector2<f64> {
-        let velocity = state.newest().and_then(|now| now.ground_velocity);
-        velocity.expect("is measured")
+        state.newest().and_then(|now| now.ground_velocity).expect("is measured")
     }
 
     /// Goes at 1 m/s over ground along `heading` for `seconds`; the filter reports 1.02 m/s.

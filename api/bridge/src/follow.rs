@@ -4,7 +4,6 @@
 //! sends only what `Authority` allows. If any part stops, the autopilot's own time-out stops the
 //! craft, and the mission's log has the reason.
 
-use std::fmt;
 use std::time::{Duration, Instant};
 
 use ::wire::{DeclaredLimits, Origin, mission::SteeringState};
@@ -123,15 +122,6 @@ const LOG_INTERVAL_S: u64 = 30;
 /// Longest status line, bytes: two lines of a terminal.
 const LINE_BYTES: usize = 160;
 
-impl fmt::Debug for Bridge {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Bridge")
-            .field("settings", &self.settings)
-            .field("telemetry", &self.telemetry)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Bridge {
     /// A bridge on its `clock`. `open` opens wires: [`crate::wire::open`], or a test's.
     pub fn open(
@@ -196,8 +186,7 @@ impl Bridge {
 
     /// The state of the mission; the default before [`Bridge::follow`].
     pub(crate) fn link(&self) -> LinkStatus {
-        let mission = self.log.mission.as_ref();
-        mission.map(MissionLink::status).unwrap_or_default()
+        self.log.mission.as_ref().map(MissionLink::status).unwrap_or_default()
     }
 
     /// Names of the wires, in the order of [`Telemetry::pieces`].

@@ -9,7 +9,7 @@ use crate::wire::Endpoint;
 
 pub mod codec;
 mod link;
-pub(crate) mod mode;
+mod mode;
 mod reader;
 #[cfg(test)]
 mod tests;

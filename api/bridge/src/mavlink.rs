@@ -11,6 +11,6 @@ mod tests;
 mod writer;
 
 pub(crate) use self::authority::{Action, Authority, Conditions, Control, HEARTBEAT_AGE_MAX_S, Silence};
-pub(crate) use self::autopilot::{Autopilot, Contradiction, HELM_MODES, Heartbeat, Parameters};
+pub(crate) use self::autopilot::{Autopilot, Contradiction, Heartbeat, Mode, Parameters};
 pub(crate) use self::reader::{AutopilotEvent, MavlinkReader};
 pub(crate) use self::writer::{MavlinkWriter, TEXT_BYTES};

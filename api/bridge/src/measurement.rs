@@ -46,6 +46,14 @@ pub struct AuvFix {
     pub ground_velocity: Option<Vector2<f64>>,
 }
 
+impl AuvFix {
+    /// A position, of which nothing else is known.
+    pub(crate) fn at(auv: &str, t_s: f64, position: Origin) -> Self {
+        let auv = auv.to_owned();
+        Self { auv, t_s, position, range_m: None, sigma_m: None, depth_m: None, ground_velocity: None }
+    }
+}
+
 /// A message from another vessel, by AIS.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VesselMessage {

@@ -282,7 +282,6 @@ impl MissionClient {
     }
 }
 
-/// `true` if the client's `member` of a mission has this value.
 fn says(mission: &Mission, member: &str, value: &str) -> bool {
     mission.metadata.get(member).and_then(Value::as_str) == Some(value)
 }

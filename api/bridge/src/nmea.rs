@@ -19,7 +19,10 @@ mod tests;
 
 pub(crate) use self::ais::vessel_status;
 pub use self::output::heading_and_speed_sentences;
-pub(crate) use self::{fields::seconds_after_midnight, sentence::checksum};
+pub(crate) use self::{
+    fields::seconds_after_midnight,
+    sentence::{KNOT, checksum},
+};
 
 use std::collections::VecDeque;
 
@@ -55,7 +58,6 @@ enum LineState {
     /// After a line end.
     #[default]
     Empty,
-    /// After the `$` or `!` of a sentence.
     Sentence,
     /// No sentence, or too long.
     Skipped,

@@ -88,7 +88,6 @@ pub(crate) struct OutputLimiter {
 }
 
 impl OutputLimiter {
-    /// `true` if a plan of `arrived_s` may be followed at `now_s`, s on one clock.
     pub(crate) fn may_follow(arrived_s: f64, now_s: f64) -> bool {
         now_s - arrived_s <= PLAN_AGE_MAX_S
     }

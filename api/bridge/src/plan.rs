@@ -69,8 +69,7 @@ impl Plan {
     }
 
     pub(crate) fn current(&self) -> String {
-        let current = self.answer.plan.current;
-        let current = current.map_or_else(Vector2::zeros, Vector2::from);
+        let current = self.answer.plan.current.map_or_else(Vector2::zeros, Vector2::from);
         format!("current {}", speed_to(&current))
     }
 

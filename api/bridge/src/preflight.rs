@@ -101,8 +101,8 @@ fn autopilot(bridge: &Bridge) -> Finding {
         }
         Control::Reported(Some((heartbeat, _))) => {
             let armed = if heartbeat.is_armed { "armed" } else { "not armed" };
-            let seen = format!("{:?}, {}, {armed}", heartbeat.autopilot, heartbeat.mode_name());
-            match (heartbeat.is_guided(), heartbeat.is_armed) {
+            let seen = format!("{:?}, {}, {armed}", heartbeat.autopilot, heartbeat.mode);
+            match (heartbeat.mode.is_guided, heartbeat.is_armed) {
                 (true, true) => passes(seen),
                 (true, false) => warns(format!("{seen}: {}", Silence::NotArmed)),
                 (false, _) => warns(format!("{seen}: {}", Silence::NotGuided)),
@@ -190,12 +190,10 @@ fn fixes(bridge: &Bridge, auvs: &[String]) -> Vec<Finding> {
     let fixes = &bridge.telemetry.fixes;
     let now = bridge.now_s();
     let finding = |(auv, fixes): (&String, &Fixes)| {
-        let (age, count) = (now - fixes.arrivals.newest_s, fixes.count);
-        let sigma = fixes.newest.sigma_m.map(|sigma| format!(", ±{sigma:.1} m"));
-        let sigma = sigma.unwrap_or_default();
-        let is_new = age <= FIX_AGE_MAX_S;
-        let detail = format!("{auv}: {count}, the newest {age:.0} s ago{sigma}");
-        if is_new { passes(detail) } else { fails(detail) }
+        let age = now - fixes.arrivals.newest_s;
+        let sigma = fixes.newest.sigma_m.map(|sigma| format!(", ±{sigma:.1} m")).unwrap_or_default();
+        let detail = format!("{auv}: {}, the newest {age:.0} s ago{sigma}", fixes.count);
+        if age <= FIX_AGE_MAX_S { passes(detail) } else { fails(detail) }
     };
     let unheard = auvs.iter().filter(|auv| !fixes.contains_key(*auv));
     let unheard = unheard.map(|auv| fails(format!("{auv}: none; check --auv and --modem, and ping it")));
@@ -238,8 +236,9 @@ fn current(bridge: &Bridge) -> Finding {
     if current.norm() > CURRENT_MAX {
         fails(format!("{seen} is not plausible: check the compass and the speed log"))
     } else if sigma > CURRENT_SIGMA_MAX {
-        let seen = format!("{seen} so far, ±{sigma:.2} m/s along one axis");
-        warns(format!("{seen}: drive on two headings, and check again"))
+        warns(format!(
+            "{seen} so far, ±{sigma:.2} m/s along one axis: drive on two headings, and check again"
+        ))
     } else {
         passes(seen)
     }
@@ -280,9 +279,8 @@ fn plans(bridge: &Bridge) -> Finding {
     let Some(plan) = link.plan else {
         return fails("none yet: the mission needs the craft and every AUV of its goal");
     };
-    let (method, distance_m) = (plan.method(), plan.distance_m);
     let (lags, current) = (plan.lags(), plan.current());
-    let seen = format!("{method}, {distance_m:.1} m from the goal, {lags}, {current}");
+    let seen = format!("{}, {:.1} m from the goal, {lags}, {current}", plan.method(), plan.distance_m);
     let codes: Vec<_> = plan.warnings().map(|code| code.replace('_', " ")).collect();
     if plan.warnings().any(|code| code == "craft_does_not_follow") {
         let remedy = "the craft does not follow its references: identify it (docs/commissioning.md)";

@@ -111,8 +111,7 @@ impl RecentPositions {
 
     /// The samples since which velocities have come without a gap.
     fn measured(&self) -> impl Iterator<Item = &PositionSample> {
-        let samples = self.samples.iter();
-        samples.filter(|sample| sample.t_s >= self.measured_since_s)
+        self.samples.iter().filter(|sample| sample.t_s >= self.measured_since_s)
     }
 
     /// Time, s, and distance, m, between travel by positions and by the measured velocity, over the

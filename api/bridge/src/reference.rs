@@ -59,14 +59,13 @@ impl PlannedReference {
 
     /// The planned speed through the water and heading, interpolated between the stages.
     fn motion(&self, t_s: f64) -> Reference {
-        let mut before: Option<&Stage> = None;
-        for stage in &self.stages {
-            if t_s < stage.t_s {
-                return before.map_or(stage.reference, |before| between(before, stage, t_s));
-            }
-            before = Some(stage);
+        let next = self.stages.iter().position(|stage| t_s < stage.t_s).unwrap_or(self.stages.len());
+        let before = next.checked_sub(1).map(|last| &self.stages[last]);
+        match (before, self.stages.get(next)) {
+            (Some(before), Some(after)) => between(before, after, t_s),
+            (Some(only), None) | (None, Some(only)) => only.reference,
+            (None, None) => self.first,
         }
-        before.map_or(self.first, |last| last.reference)
     }
 }
 

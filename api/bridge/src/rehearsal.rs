@@ -37,12 +37,6 @@ pub struct Rehearsal {
     received: Receiver<Received>,
 }
 
-impl std::fmt::Debug for Rehearsal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Rehearsal").field("datum", &self.datum).finish_non_exhaustive()
-    }
-}
-
 impl Rehearsal {
     /// Begins now at `endpoint`, a MOOSDB's or an address on a network of IMC; `None` for an origin
     /// that is no place.

@@ -36,7 +36,6 @@ impl fmt::Display for Rejects {
     }
 }
 
-/// A value, or the reason of its rejection.
 pub(crate) type Parsed<T> = Result<T, &'static str>;
 
 pub(crate) fn reject_if(is_rejected: bool, reason: &'static str) -> Parsed<()> {

@@ -8,6 +8,7 @@ use planner::angle::direction;
 use planner::snapshot::{VESSELS_MAX, VehicleId, Vessel, VesselStatus};
 use planner::vessel::is_lost;
 
+use crate::nmea::KNOT;
 use crate::recent_positions::{displaced, moved};
 use crate::{Origin, VesselFix, VesselMessage};
 
@@ -19,7 +20,7 @@ const FORGOTTEN_S: f64 = 86_400.0;
 const RANGE_M: f64 = 10_000.0;
 /// Speed above which a vessel is not made fast, whatever it says, m/s: AIS reports it as under way
 /// from three knots on (ITU-R M.1371), and its status is set by hand.
-const MADE_FAST_MAX: f64 = 3.0 * 1852.0 / 3600.0;
+const MADE_FAST_MAX: f64 = 3.0 * KNOT;
 /// Speed from which a course shows the heading, m/s.
 const COURSE_MIN: f64 = 1.0;
 /// Coast stations, by the countries in their MMSI (ITU-R M.585). An autopilot passes them on as

@@ -5,20 +5,22 @@ use axum::extract::Path;
 use axum::extract::rejection::PathRejection;
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use utoipa::ToSchema;
 
 use crate::edge::problem::{Problem, ProblemDocument};
 use wire::PlanRequest;
 
-/// An example request.
-#[derive(Clone, Copy, Debug)]
+/// An example.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[schema(as = ExampleEntry)]
 pub struct Example {
     /// Its name in `/v1/examples/{name}`.
     pub name: &'static str,
     /// Its subject, in one line.
     pub title: &'static str,
     /// The body.
+    #[serde(skip)]
     pub body: &'static str,
 }
 
@@ -49,28 +51,17 @@ pub const EXAMPLES: [Example; 12] = examples! {
 };
 
 /// The examples.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Serialize, ToSchema)]
 pub struct ExampleList {
     /// One entry each.
-    pub examples: Vec<ExampleEntry>,
-}
-
-/// An example.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-pub struct ExampleEntry {
-    /// Its name in `/v1/examples/{name}`.
-    pub name: String,
-    /// Its subject, in one line.
-    pub title: String,
+    pub examples: Vec<Example>,
 }
 
 /// Lists the examples.
 #[utoipa::path(get, path = "/v1/examples", tag = "examples",
     responses((status = 200, description = "Names and titles.", body = ExampleList)))]
 pub(crate) async fn list_examples() -> Json<ExampleList> {
-    let entry =
-        |example: &Example| ExampleEntry { name: example.name.to_owned(), title: example.title.to_owned() };
-    Json(ExampleList { examples: EXAMPLES.iter().map(entry).collect() })
+    Json(ExampleList { examples: EXAMPLES.to_vec() })
 }
 
 /// Returns an example, ready to post.
@@ -82,7 +73,6 @@ pub(crate) async fn list_examples() -> Json<ExampleList> {
             content_type = "application/problem+json")))]
 pub(crate) async fn get_example(name: Result<Path<String>, PathRejection>) -> Result<Response, Problem> {
     let wanted = name.map(|Path(name)| name).unwrap_or_default();
-    let example = EXAMPLES.iter().find(|example| example.name == wanted);
-    let example = example.ok_or(Problem::NoExample)?;
+    let example = EXAMPLES.iter().find(|example| example.name == wanted).ok_or(Problem::NoExample)?;
     Ok(([(header::CONTENT_TYPE, "application/json")], example.body).into_response())
 }

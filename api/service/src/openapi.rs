@@ -21,10 +21,8 @@ mod rules;
 
 /// Serves the document, whose text is written once.
 pub(crate) async fn get_document() -> impl IntoResponse {
-    static TEXT: LazyLock<Bytes> = LazyLock::new(|| {
-        let text = serde_json::to_vec(document()).expect("names, texts and numbers only");
-        text.into()
-    });
+    static TEXT: LazyLock<Bytes> =
+        LazyLock::new(|| serde_json::to_vec(document()).expect("names, texts and numbers only").into());
     ([(header::CONTENT_TYPE, "application/json")], TEXT.clone())
 }
 

@@ -288,8 +288,7 @@ pub(crate) fn preflight(arguments: &Preflight, config: &Config) -> Result<(), Bo
 
 /// Runs a bridge's loop on this thread, and its mission's tasks, which may be busy, on another.
 fn run(bridge: impl Future<Output = Result<(), Box<dyn Error>>>) -> Result<(), Box<dyn Error>> {
-    let mut runtime = runtime::Builder::new_multi_thread();
-    let runtime = runtime.worker_threads(1).enable_time().build()?;
+    let runtime = runtime::Builder::new_multi_thread().worker_threads(1).enable_time().build()?;
     let ended = runtime.block_on(bridge);
     // Stops without waiting for unanswered requests and the bridge's own service.
     runtime.shutdown_background();
@@ -365,8 +364,7 @@ async fn look(arguments: &Preflight, config: &Config, clock: &Clock) -> Result<(
     let checks = checks(&follower, &auvs);
     let lines: Vec<String> = checks.iter().map(ToString::to_string).collect();
     print(&(lines.join("\n") + "\n"))?;
-    let failed = checks.iter().filter(|check| check.verdict == Verdict::Fails);
-    let failed = failed.count();
+    let failed = checks.iter().filter(|check| check.verdict == Verdict::Fails).count();
     if failed > 0 {
         let n_checks = checks.len();
         return Err(format!("{failed} of {n_checks} checks failed: correct them before departure").into());

@@ -57,10 +57,8 @@ impl Config {
             return u64::MAX;
         }
         // The directory may not exist yet.
-        let places = self.data.ancestors();
-        let mut places = places.filter(|place| !place.as_os_str().is_empty());
-        let disk = places.find_map(|place| statvfs(place).ok());
-        let disk = disk.or_else(|| statvfs(".").ok());
+        let mut places = self.data.ancestors().filter(|place| !place.as_os_str().is_empty());
+        let disk = places.find_map(|place| statvfs(place).ok()).or_else(|| statvfs(".").ok());
         let log = fs::metadata(self.data.join(FILE_NAME)).map_or(0, |log| log.len());
         let room = disk.map(|disk| disk.f_bavail.saturating_mul(disk.f_frsize).saturating_add(log));
         room.map_or(u64::MAX, |room| room / 2)
@@ -107,14 +105,12 @@ impl Layers {
     }
 
     pub(crate) fn config(&self) -> Config {
-        let values = self.values.clone();
-        values.try_into().expect("each value was checked")
+        self.values.clone().try_into().expect("each value was checked")
     }
 
     /// `true` if the value of this setting is from its flag.
     pub(crate) fn has_flag(&self, name: &str) -> bool {
-        let source = self.sources.get(name);
-        source.is_some_and(|source| source.starts_with("--"))
+        self.sources.get(name).is_some_and(|source| source.starts_with("--"))
     }
 
     fn set(&mut self, setting: &ConfigSetting, value: Value, source: String) {
@@ -173,8 +169,7 @@ pub(crate) fn show(layers: &Layers) -> Result<(), Failure> {
         None => (format!("# {name} ="), "default"),
     });
     let lines: Vec<_> = lines.collect();
-    let width = lines.iter().map(|(line, _)| line.chars().count()).max();
-    let width = width.unwrap_or_default();
+    let width = lines.iter().map(|(line, _)| line.chars().count()).max().unwrap_or_default();
     let line = |(line, source): &(String, &str)| format!("{line:width$}  # {source}\n");
     print(&lines.iter().map(line).collect::<String>())
 }

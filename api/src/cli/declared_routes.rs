@@ -27,7 +27,6 @@ pub(crate) struct DeclaredRoutes {
     route_speed: Option<f64>,
 }
 
-/// A route file, and the name of one of its routes.
 #[derive(Clone, Debug)]
 struct RouteFile {
     path: PathBuf,
@@ -141,8 +140,7 @@ impl DeclaredRoutes {
             let datum = origin.filter(|_| first_on_earth(&route).is_some());
             let datum = datum.map(|origin| Datum::new(&origin)).transpose()?;
             let points = local(&route, datum.as_ref())?;
-            let auv = scenario.auvs.iter_mut().find(|auv| auv.id == id);
-            let auv = auv.ok_or_else(|| no_auv(id))?;
+            let auv = scenario.auvs.iter_mut().find(|auv| auv.id == id).ok_or_else(|| no_auv(id))?;
             if let Ok(speed) = speed {
                 auv.speed_mps = Some(fixed("a speed", speed)?);
                 auv.speed_profile = None;

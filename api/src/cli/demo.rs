@@ -79,8 +79,7 @@ pub(crate) fn demo(demo: &Demo, layers: &Layers, config: &Config) -> Result<(), 
             tracing::error!(%error, "the mission does not begin");
         }
     })?;
-    let failed = failure.try_recv();
-    failed.map_or(Ok(()), |error| Err(error as Box<dyn Error>))
+    failure.try_recv().map_or(Ok(()), |error| Err(error as Box<dyn Error>))
 }
 
 impl Demo {
@@ -124,8 +123,7 @@ fn post(url: &str, body: &Value) -> Result<Value, Box<dyn Error + Send + Sync>> 
     let call = ureq::post(url).config().http_status_as_error(false).proxy(None).build();
     let mut answer = call.send_json(body).map_err(because_of(UNANSWERED))?;
     let is_done = answer.status().is_success();
-    let answer = answer.body_mut().read_json::<Value>();
-    let answer = answer.map_err(because_of(UNANSWERED))?;
+    let answer = answer.body_mut().read_json::<Value>().map_err(because_of(UNANSWERED))?;
     if is_done {
         return Ok(answer);
     }

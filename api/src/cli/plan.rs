@@ -45,8 +45,7 @@ pub(crate) struct Plan {
 fn tolerance(text: &str) -> Result<f64, &'static str> {
     let given: f64 = text.parse().map_err(|_| "not a number")?;
     // Below, rounding decides; above, the certificate refuses.
-    let is_usable = (1e-10..=1e-3).contains(&given);
-    is_usable.then_some(given).ok_or("must be from 1e-10 to 1e-3")
+    (1e-10..=1e-3).contains(&given).then_some(given).ok_or("must be from 1e-10 to 1e-3")
 }
 
 /// Prints the answer, or the problem document that the service would send.

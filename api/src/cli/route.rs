@@ -17,7 +17,6 @@ use crate::cli::declared_routes::{CANNOT_SAIL, declared, first_on_earth, local, 
 use crate::cli::failure::because_of;
 use crate::cli::out_file::{OutFile, print};
 
-/// Most legs that are printed.
 const LEGS_PRINTED: usize = 40;
 
 /// Printed speed of a route without one, m/s.

@@ -11,8 +11,7 @@ use crate::cli::scenarios::scenario;
 
 /// Runs the trial of `craft`, and writes its log to each of `paths`.
 pub(crate) fn trial(craft: &str, seed: u64, paths: &[PathBuf]) -> Result<(), Box<dyn Error>> {
-    let files = paths.iter().map(|path| log_file(path));
-    let files = files.collect::<Result<Vec<_>, _>>()?;
+    let files = paths.iter().map(|path| log_file(path)).collect::<Result<Vec<_>, _>>()?;
     let setup = match craft {
         "medusa" => TrialSetup::of_class(SurfaceClass::Medusa),
         "otter" => TrialSetup::of_class(SurfaceClass::Otter),

@@ -21,7 +21,6 @@ use super::trusted_time::TrustedTime;
 /// Receives the reply, unless the caller is gone.
 pub(super) type Reply<T> = oneshot::Sender<Result<T, StoreError>>;
 
-/// An append, and the receiver of its reply.
 pub(super) type Waiting = (Append, Reply<Appended>);
 
 /// The reply to `Close`, and its receiver.
@@ -44,7 +43,6 @@ pub(super) trait LogWriter {
     fn commit_max(&self) -> usize;
     /// Longest wait for a command before [`Self::upkeep`]; none: no limit.
     fn rest(&self) -> Option<Duration>;
-    /// Does the due work while no command waits.
     fn upkeep(&mut self);
     /// Does the due work between two commands.
     fn after_command(&mut self) {}
@@ -56,7 +54,9 @@ pub(super) trait LogWriter {
     fn delete(&mut self, id: &str, order: &AuditEntry) -> Result<bool, StoreError>;
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
     /// As [`Self::keep_time`]; may also set the time back.
-    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError>;
+    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
+        self.keep_time(time)
+    }
     fn protect(&mut self) -> Result<(), StoreError>;
     /// Fails if the store cannot be written.
     fn probe(&mut self) -> Result<(), StoreError>;
@@ -66,7 +66,9 @@ pub(super) trait LogWriter {
     }
     /// Removes the deleted missions and the free space.
     fn vacuum(&mut self) -> Result<(), StoreError>;
-    fn close(&mut self) -> Result<(), StoreError>;
+    fn close(&mut self) -> Result<(), StoreError> {
+        Ok(())
+    }
 }
 
 /// Writes until all handles of the store are dropped. After a panic, the interrupted commands have

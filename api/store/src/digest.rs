@@ -16,7 +16,6 @@ use super::{entry::Append, sql::signed};
 /// Kind of a checkpoint in H.
 pub(super) const CHECKPOINT: &str = "checkpoint";
 
-/// Bytes of a digest.
 const BYTES: usize = 16;
 
 /// H of `body`, which follows an event with the digest `before`.
@@ -48,7 +47,6 @@ pub(super) struct Head {
 
 /// The digests of an append's events, summary and checkpoint.
 pub(super) struct Links {
-    /// One for each event.
     pub(super) events: Vec<Vec<u8>>,
     /// The mission's last event after the append.
     pub(super) head: Head,
@@ -61,7 +59,6 @@ impl Head {
         Self { mission, sequence: 0, digest: vec![] }
     }
 
-    /// The digests of an append to the mission.
     pub(super) fn extend(&self, append: &Append) -> Links {
         let (mission, mut head) = (self.mission, self.clone());
         let events = append.events.iter().map(|event| {

@@ -79,8 +79,7 @@ impl EventStore {
     /// `true` if the database of a URL may be on another machine, whose services may share it. A
     /// wrong URL is refused later.
     pub fn is_elsewhere(url: &str) -> bool {
-        let config = without_tls(url).parse::<Config>();
-        config.is_ok_and(|config| !is_on_this_machine(&config))
+        without_tls(url).parse::<Config>().is_ok_and(|config| !is_on_this_machine(&config))
     }
 
     /// Opens the store in the database of a URL, for a service that takes part as `member`, or for

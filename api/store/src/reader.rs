@@ -218,8 +218,7 @@ impl EventReader {
         let condition = "kind = ?2 AND sequence <= ?3 ORDER BY sequence DESC LIMIT 1";
         let (last, number) = (select_events("TRUE", condition), signed(mission));
         let found = self.0.first(&last, &[&number, &kind, &signed(sequence)], Linked::read)?;
-        let whole = found.map(Linked::whole).transpose();
-        whole.map_err(|fault| self.damaged(mission, &fault))
+        found.map(Linked::whole).transpose().map_err(|fault| self.damaged(mission, &fault))
     }
 
     /// The error for missing data of a mission: damage, unless the mission is being deleted. A

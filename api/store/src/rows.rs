@@ -21,7 +21,6 @@ pub(super) trait Param: ToSql {}
 impl<T: ToSql> Param for T {}
 
 pub(super) trait SqlRow {
-    /// The value in a column, from 0.
     fn value(&self, column: usize) -> Result<ValueRef<'_>, StoreError>;
 }
 

@@ -33,7 +33,6 @@ impl Taken {
 }
 
 impl Shares {
-    /// Selects owner and bytes of the stored missions.
     const SUMS: &str =
         "SELECT owner, CAST(sum(bytes) AS BIGINT) FROM missions WHERE status <> 'deleted' GROUP BY owner";
 
@@ -46,12 +45,10 @@ impl Shares {
         Ok(())
     }
 
-    /// `true` if clients have no limit.
     pub(super) fn is_unlimited(&self) -> bool {
         self.most == u64::MAX
     }
 
-    /// `true` if `owner` may store an append of `bytes` bytes.
     pub(super) fn has_room(&self, owner: &str, bytes: u64, room: Room) -> bool {
         let most = match room {
             Room::Share => self.most,
@@ -76,7 +73,6 @@ impl Shares {
         let events = append.events.iter().map(|event| event.body.len());
         let answer = append.answered.iter().map(|answered| answered.answer.len());
         let order = append.order.iter().map(|order| order.caller.len() + order.request.len());
-        let texts = events.chain(answer).chain(order);
-        texts.map(|length| length as u64 + BESIDE_TEXT).sum()
+        events.chain(answer).chain(order).map(|length| length as u64 + BESIDE_TEXT).sum()
     }
 }

@@ -18,7 +18,6 @@ pub(super) const PURGE_EVENTS: &str = "DELETE FROM events WHERE mission = ?1 AND
 pub(super) const PURGE_MISSION: &str = "DELETE FROM missions WHERE number = ?1
     AND NOT EXISTS (SELECT 1 FROM events WHERE mission = ?1)";
 
-/// Selects the deleted missions that still have events.
 pub(super) const DELETED: &str = "SELECT number FROM missions WHERE status = 'deleted'";
 
 pub(super) const PROTECT: &str = "UPDATE guards SET protected = 1";

@@ -86,8 +86,7 @@ fn limit_growth(connection: &Connection, pages: u32) {
 }
 
 fn mode(path: &Path) -> u32 {
-    let found = fs::metadata(path).expect("is there");
-    found.permissions().mode() & 0o777
+    fs::metadata(path).expect("is there").permissions().mode() & 0o777
 }
 
 /// A machine that was just switched on.

@@ -29,7 +29,6 @@ const NIGHT: f64 = 86_400.0;
 /// A reading of the machine's clocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Reading {
-    /// The clock, Unix time, s.
     clock: f64,
     /// Time since boot, s. A smaller one than before is from another boot. A larger one may
     /// also be; then the time without power does not count.

@@ -56,7 +56,6 @@ pub(super) struct Writer {
     connection: Connection,
     /// Deleted missions; their events are removed step by step while no command waits.
     purge: Vec<i64>,
-    /// `true` if the file may have free pages.
     free_pages: bool,
     /// `true` if the last removal failed, for example on a full disk.
     stuck: bool,
@@ -107,13 +106,6 @@ impl Writer {
         &self.connection
     }
 
-    /// Merges the write-ahead file into the store's file.
-    fn checkpoint(&mut self) -> Result<(), StoreError> {
-        // While a reader is active, a part stays in the write-ahead file.
-        let is_merged = merge(&self.connection, "TRUNCATE")?;
-        is_merged.then_some(()).ok_or(StoreError::Busy)
-    }
-
     /// Merges a large write-ahead file.
     fn merge_much(&mut self) {
         if MERGE_BYTES <= self.unmerged {
@@ -140,8 +132,7 @@ impl Writer {
     }
 
     fn sync_list(&mut self) -> Result<(), StoreError> {
-        let synced = self.acknowledged.sync();
-        synced.map_err(|error| StoreError::Unconfirmed(error.to_string()))
+        self.acknowledged.sync().map_err(|error| StoreError::Unconfirmed(error.to_string()))
     }
 
     /// Makes sure that commits stay; after `Ok` they may be acknowledged.
@@ -207,8 +198,7 @@ impl LogWriter for Writer {
     }
 
     fn rest(&self) -> Option<Duration> {
-        let due = [self.purge_in(), self.acknowledged.sync_in()];
-        due.into_iter().flatten().min()
+        [self.purge_in(), self.acknowledged.sync_in()].into_iter().flatten().min()
     }
 
     fn after_command(&mut self) {
@@ -303,10 +293,6 @@ impl LogWriter for Writer {
         Ok(true)
     }
 
-    fn set_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
-        self.keep_time(time)
-    }
-
     fn keep_time(&mut self, time: TrustedTime) -> Result<(), StoreError> {
         time.write(&self.connection, TrustedTime::WRITE)
     }
@@ -354,8 +340,10 @@ impl LogWriter for Writer {
         Ok(())
     }
 
+    /// Merges the write-ahead file into the store's file.
     fn close(&mut self) -> Result<(), StoreError> {
-        self.checkpoint()
+        // While a reader is active, a part stays in the write-ahead file.
+        merge(&self.connection, "TRUNCATE")?.then_some(()).ok_or(StoreError::Busy)
     }
 }
 

@@ -149,8 +149,7 @@ pub(crate) fn ask(server: &Server, method: &str, path: &str, body: &str) -> Answ
 /// The same with a token, if there is one.
 pub(crate) fn ask_as(server: &Server, token: Option<&str>, method: &str, path: &str, body: &str) -> Answer {
     let bearer = token.map(|token| format!("Bearer {token}"));
-    let headers = bearer.iter().map(|bearer| ("authorization", bearer.as_str()));
-    let headers: Vec<_> = headers.collect();
+    let headers: Vec<_> = bearer.iter().map(|bearer| ("authorization", bearer.as_str())).collect();
     let url = server.url() + path;
     try_ask(&agent(), method, &url, &headers, body).expect("the service answers")
 }

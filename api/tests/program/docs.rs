@@ -203,8 +203,7 @@ fn command_lines_have_subcommands_and_flags_that_exist() {
         bash.env("PROGRAM", env!("CARGO_BIN_EXE_pilotfish")).env("FOUND", &errors);
         bash.output().expect("bash starts");
         let text = fs::read_to_string(&errors).expect("can be read");
-        let real = text.lines().filter(|line| !is_placeholder(line));
-        real.map(str::to_owned).collect()
+        text.lines().filter(|line| !is_placeholder(line)).map(str::to_owned).collect()
     });
 }
 
@@ -250,8 +249,7 @@ fn json_examples_are_accepted() {
 #[track_caller]
 fn of_language(language: &str, fault: impl Fn(&str) -> Option<String>) {
     none(|page| {
-        let blocks = blocks(&page.text).into_iter();
-        let blocks = blocks.filter(|block| block.language == language);
+        let blocks = blocks(&page.text).into_iter().filter(|block| block.language == language);
         let faults = blocks.filter_map(|block| Some(format!("{}\n{}", fault(&block.text)?, block.text)));
         faults.collect()
     });
@@ -310,8 +308,7 @@ fn campaign(text: &str) -> Result<(), String> {
     let mut program = pilotfish();
     program.args(["campaign", "run", "--dry-run", &file]);
     let output = program.output().expect("the program starts");
-    let accepted = output.status.success().then_some(());
-    accepted.ok_or_else(|| stderr(&output).to_owned())
+    output.status.success().then_some(()).ok_or_else(|| stderr(&output).to_owned())
 }
 
 /// A part of a scenario, as a whole or line by line if the lines are alternatives.

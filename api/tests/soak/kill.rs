@@ -9,7 +9,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use std::{env, fs, thread};
@@ -21,8 +21,8 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tests::{client::Answer, server::Server};
 
-use crate::ask_at;
 use crate::command::{self, agent, json, try_ask};
+use crate::{PATIENCE, ask_at, until_some};
 
 /// Kills in one run, unless `PILOTFISH_KILLS` says otherwise.
 const KILLS: usize = 5;
@@ -42,10 +42,6 @@ const PAUSE_BESIDE: Duration = Duration::from_millis(10);
 const PAUSE_OF_BACKUPS: Duration = Duration::from_secs(1);
 /// Time between two plans, s: the shortest allowed.
 const PERIOD_S: f64 = 0.5;
-/// Pause between two attempts of a client without an answer.
-const PAUSE: Duration = Duration::from_millis(3);
-/// A longer wait fails the test.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Time for open requests after a stop signal.
 const DRAIN: Duration = Duration::from_secs(10);
 /// Ports below those of outgoing connections: an outgoing connection to a port without a service
@@ -96,8 +92,7 @@ impl Home {
     pub(crate) fn await_plan(&self, mission: &str, time: f64) {
         let reference = self.url(&format!("/{mission}/reference?wait_s=5"));
         until_some(&format!("no plan after {time}"), || {
-            let made = ask_at("GET", &reference, "").json()["t_s"].as_f64();
-            made.filter(|made| time < *made)
+            ask_at("GET", &reference, "").json()["t_s"].as_f64().filter(|made| time < *made)
         });
     }
 
@@ -145,17 +140,14 @@ pub(crate) fn pilotfish() -> Command {
 }
 
 pub(crate) fn unix_now() -> f64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH);
-    since.expect("the clock is set").as_secs_f64()
+    SystemTime::now().duration_since(UNIX_EPOCH).expect("the clock is set").as_secs_f64()
 }
 
-pub(crate) fn terminate(server: &Server) {
+/// Orders a service to stop; fails if it does not end, or ends otherwise.
+pub(crate) fn terminate(server: &mut Server) {
     command::signal(&server.process, Signal::TERM);
-}
-
-/// Returns its exit status; fails if it does not end.
-pub(crate) fn ended(server: &mut Server) -> ExitStatus {
-    until_some("it does not end", || server.process.try_wait().expect("is ours"))
+    let ended = until_some("it does not end", || server.process.try_wait().expect("is ours"));
+    assert!(ended.success());
 }
 
 /// The AUV that a client reports.
@@ -248,18 +240,6 @@ fn post(url: &str, client: usize, stop: &AtomicBool, so_far: &AtomicU32) -> Vec<
     posted
 }
 
-/// Tries until there is an answer; fails with `otherwise`.
-fn until_some<T>(otherwise: &str, mut tried: impl FnMut() -> Option<T>) -> T {
-    let begun = Instant::now();
-    loop {
-        if let Some(answer) = tried() {
-            return answer;
-        }
-        assert!(begun.elapsed() < PATIENCE, "{otherwise}");
-        thread::sleep(PAUSE);
-    }
-}
-
 /// Message for an acknowledgement that does not come.
 const SILENT: &str = "nothing is acknowledged any more";
 
@@ -336,8 +316,7 @@ fn back_up_and_restore(home: &Home, mission: &str, so_far: &[AtomicU32], stop: &
                 assert!(heard.contains(&post.mark()), "{} is missing", post.key());
             }
         }
-        terminate(&restored);
-        assert!(ended(&mut restored).success());
+        terminate(&mut restored);
         check_replay(&copy, mission);
         fs::remove_dir_all(&copy).expect("is ours");
         copies += 1;
@@ -373,12 +352,9 @@ fn end_again_and_again(
         thread::sleep(Duration::from_millis(random.random_range(LIFE_MS)));
         // Spread evenly.
         if (life - 1) * stops / (kills + stops) < life * stops / (kills + stops) {
-            terminate(&server);
-            assert!(ended(&mut server).success());
-        } else {
-            server.process.kill().expect("is ours");
-            server.process.wait().expect("is ours");
+            terminate(&mut server);
         }
+        drop(server);
         let ended = Instant::now();
         server = home.start();
         longest = longest.max(ended.elapsed());
@@ -419,8 +395,7 @@ fn a_killed_service_loses_nothing_acknowledged_and_stores_nothing_twice() {
             assert_eq!(found.status, status, "{}", found.text);
         }
     }
-    terminate(&server);
-    assert!(ended(&mut server).success());
+    terminate(&mut server);
 
     check_numbers(&events);
     check_posts(&events, &acknowledged);
@@ -505,9 +480,8 @@ fn a_stop_signal_ends_streams_and_waits_for_a_plan() {
     // Without reports there is no plan to wait for.
     let mut wait = asked("reference?wait_s=60");
     thread::sleep(Duration::from_millis(300));
-    terminate(&server);
     let begun = Instant::now();
-    assert!(ended(&mut server).success());
+    terminate(&mut server);
     let took = begun.elapsed();
     assert!(took < DRAIN, "it took {took:?}");
     stream.read_to_string(&mut received).expect("ends");

@@ -27,10 +27,18 @@ const PATIENCE: Duration = Duration::from_mins(1);
 
 /// Waits until it is so.
 fn until(what: &str, mut so: impl FnMut() -> bool) {
+    until_some(what, || so().then_some(()));
+}
+
+/// Tries until there is an answer; fails with `otherwise`.
+fn until_some<T>(otherwise: &str, mut tried: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + PATIENCE;
-    while !so() {
-        assert!(Instant::now() < end, "{what}");
-        sleep(Duration::from_millis(50));
+    loop {
+        if let Some(answer) = tried() {
+            return answer;
+        }
+        assert!(Instant::now() < end, "{otherwise}");
+        sleep(Duration::from_millis(3));
     }
 }
 

@@ -14,7 +14,6 @@ pub const DIRECTION_DEG: RangeInclusive<f64> = ANGLE.start().to_degrees()..=ANGL
 /// Members with names of the client, or with an earlier answer, which has radians.
 const LEFT_ALONE: [&str; 6] = ["metadata", "previous_plan", "weights", "costs_now", "serve_by_s", "paths"];
 
-/// Pointers to the directions of a body that were in degrees.
 #[derive(Debug)]
 pub(crate) struct WereInDegrees(Vec<String>);
 

@@ -61,8 +61,7 @@ impl Json<'_> {
         let Self::Object(members) = self else {
             return None;
         };
-        let found = members.iter().find(|(given, _)| given == name);
-        found.map(|(_, value)| value)
+        members.iter().find(|(given, _)| given == name).map(|(_, value)| value)
     }
 
     pub(crate) fn number(&self) -> Option<f64> {
@@ -595,8 +594,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
             return Ok(None);
         };
         let node = Node { in_fixed_list: self.fixed, ..Node::whole(json) };
-        let item = seed.deserialize(node).map(Some);
-        item.map_err(|wrong| wrong.within(&i.to_string()))
+        seed.deserialize(node).map(Some).map_err(|wrong| wrong.within(&i.to_string()))
     }
 }
 

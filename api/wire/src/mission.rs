@@ -24,10 +24,11 @@ pub use scene::{Scene, SceneFault, TrueVehicle, TrueVessel, Truth};
 pub use setting::{ChangedPath, Setting};
 
 /// Status of a mission.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Created, but not started.
+    #[default]
     Created,
     /// Running.
     Running,
@@ -59,7 +60,7 @@ impl Status {
 
 /// A mission.
 #[skip_serializing_none]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct Mission {
     /// Its name in paths.
     pub id: String,

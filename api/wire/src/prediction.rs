@@ -183,8 +183,7 @@ impl Prediction {
         let fine = |value: f64| rounded(value, TEN_THOUSANDTH);
         let pick =
             |point: &dyn Fn(usize) -> Option<[f64; 2]>| kept.iter().filter_map(|&i| point(i)).collect();
-        let known = snapshot.auvs.iter().zip(&answer.targets);
-        let known = known.zip(&plan.position_covariances);
+        let known = snapshot.auvs.iter().zip(&answer.targets).zip(&plan.position_covariances);
         Self {
             after_s: kept.iter().map(|&i| rounded(answer.trajectory[i].t_s - snapshot.t_s, CENTI)).collect(),
             asc: pick(&|i| answer.trajectory.get(i).map(|p| at(p.north_m, p.east_m))),
@@ -291,8 +290,7 @@ fn few_digits(mut schedule: Schedule) -> Schedule {
 
 /// Rounds to three significant digits: an ellipse is drawn to half a percent.
 fn three_digits(value: f64) -> f64 {
-    let written = format!("{value:.2e}");
-    written.parse().expect("is a number")
+    format!("{value:.2e}").parse().expect("is a number")
 }
 
 /// Rounds to the nearest 1/`per_unit`. No zero is negative.

@@ -142,7 +142,6 @@ fn check_lengths(rest: &Reports, items: &[Item<'_>]) -> Result<(), ShapeError> {
 }
 
 impl Item<'_> {
-    /// Reports with only this one, or its faults.
     fn read(
         mut self,
         positions: &mut Positions,

@@ -199,8 +199,7 @@ impl<'a> Answer<'a> {
 
     /// Converts a position of the snapshot's frame to one from the datum, m.
     fn placed(&self, position: &Vector2<f64>) -> Vector2<f64> {
-        let frame = self.frame.as_ref();
-        frame.map_or(*position, |frame| frame.leave(position))
+        self.frame.as_ref().map_or(*position, |frame| frame.leave(position))
     }
 
     /// Converts a position of the snapshot's frame to one from the datum: north and east, m;

@@ -105,14 +105,12 @@ pub(super) fn line_of_sight(bearing: f64, elevation: f64) -> Vector3<f64> {
 }
 
 pub(super) fn number(text: &str) -> Parsed<f64> {
-    let value = text.trim().parse::<f64>().ok();
-    value.filter(|value| value.is_finite()).ok_or(NUMBER)
+    text.trim().parse::<f64>().ok().filter(|value| value.is_finite()).ok_or(NUMBER)
 }
 
 /// A finite number; `None` if the field is empty.
 pub(super) fn optional(text: &str) -> Parsed<Option<f64>> {
-    let filled = Some(text).filter(|text| !text.trim().is_empty());
-    filled.map(number).transpose()
+    Some(text).filter(|text| !text.trim().is_empty()).map(number).transpose()
 }
 
 /// An address or a name that can be shown and stored.

@@ -145,8 +145,7 @@ struct Fields<'a>(Captures<'a>);
 
 impl Fields<'_> {
     fn optional(&self, group: &str) -> Parsed<Option<f64>> {
-        let text = self.0.name(group);
-        text.map_or(Ok(None), |text| optional(text.as_str()))
+        self.0.name(group).map_or(Ok(None), |text| optional(text.as_str()))
     }
 
     fn required(&self, group: &str) -> Parsed<f64> {

@@ -27,7 +27,7 @@ use super::observation::{
     ADDRESS, Axes, CHECKSUM, Location, NO_POSITION, OTHER, Observation, SignalTime, line_of_sight,
 };
 use super::settings::Frame;
-use crate::{Parsed, reject_if};
+use crate::{Parsed, imc::codec::checksum, reject_if};
 
 const NOT_HEX: &str = "no hexadecimal digits";
 const TOO_SHORT: &str = "message too short";
@@ -47,7 +47,6 @@ const BEACONS: std::ops::RangeInclusive<u8> = 1..=15;
 /// Decimetres, tenths of a degree and tenths of a metre per second to their units.
 const TENTH: f64 = 0.1;
 
-const CRC_POLYNOMIAL: u16 = 0xA001;
 const CRC_BYTES: usize = 2;
 
 pub(super) fn read(line: &str, frame: Frame, received_s: f64) -> Parsed<Observation> {
@@ -86,17 +85,8 @@ fn message(line: &str) -> Parsed<Vec<u8>> {
     let mut bytes = hex::decode(digits.trim()).map_err(|_| NOT_HEX)?;
     let body = bytes.len().checked_sub(CRC_BYTES).ok_or(TOO_SHORT)?;
     let crc = bytes.split_off(body);
-    reject_if(crc16(&bytes).to_le_bytes() != crc[..], CHECKSUM)?;
+    reject_if(checksum(&bytes).to_le_bytes() != crc[..], CHECKSUM)?;
     Ok(bytes)
-}
-
-/// CRC-16/ARC: polynomial 0x8005 reflected, from 0.
-fn crc16(bytes: &[u8]) -> u16 {
-    bytes.iter().fold(0, |crc, byte| {
-        (0..u8::BITS).fold(crc ^ u16::from(*byte), |crc, _| {
-            if crc & 1 == 1 { crc >> 1 ^ CRC_POLYNOMIAL } else { crc >> 1 }
-        })
-    })
 }
 
 struct AcousticFix {
@@ -179,7 +169,7 @@ impl Bytes<'_> {
 /// The line of a message, for generated samples.
 #[cfg(test)]
 pub(super) fn line(message: &[u8]) -> String {
-    let crc = crc16(message).to_le_bytes();
+    let crc = checksum(message).to_le_bytes();
     let digits = message.iter().chain(&crc).map(|byte| format!("{byte:02X}"));
     format!("${}\r\n", digits.collect::<Vec<_>>().concat())
 }

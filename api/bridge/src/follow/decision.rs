@@ -17,7 +17,7 @@ pub(super) enum Sending {
     Stopped(Silence),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Decision {
     authority: Authority,
     pub(super) limiter: OutputLimiter,
@@ -37,14 +37,10 @@ impl Decision {
     pub(super) fn new(take_control: bool, line_of_sight: bool, dry_run: bool) -> Self {
         Self {
             authority: Authority::new(take_control),
-            limiter: OutputLimiter::default(),
             line_of_sight,
             dry_run,
-            limits: None,
             separation: VESSEL_SEPARATION_DEFAULT,
-            has_planned: false,
-            sending: None,
-            confirmation: None,
+            ..Self::default()
         }
     }
 
@@ -112,10 +108,7 @@ impl Decision {
         };
         let others: Vec<Other> = near.iter().filter_map(seen).collect();
         let follows_plan = !self.line_of_sight;
-        let asked = |later: f64| {
-            let planned = plan.planned.at(now + later).filter(|_| follows_plan);
-            planned.unwrap_or(*reference)
-        };
+        let asked = |later: f64| plan.planned.at(now + later).filter(|_| follows_plan).unwrap_or(*reference);
         self.limiter.clear_of(now, asked, &others, limits)
     }
 

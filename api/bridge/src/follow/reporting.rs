@@ -45,8 +45,7 @@ pub(super) const LINE_INTERVAL_S: f64 = 5.0;
 
 /// A cause without its numbers: a growing age is the same cause.
 fn words(cause: &str) -> Vec<&str> {
-    let words = cause.split(' ');
-    words.filter(|word| word.parse::<f64>().is_err()).collect()
+    cause.split(' ').filter(|word| word.parse::<f64>().is_err()).collect()
 }
 
 /// `text` up to its consequence.
@@ -100,8 +99,7 @@ impl<'a> Facts<'a> {
     }
 
     fn alarms(self) -> impl Iterator<Item = String> + 'a {
-        let alarms = self.telemetry.craft.integrity.alarms();
-        alarms.map(|alarm| cause(&alarm.to_string()))
+        self.telemetry.craft.integrity.alarms().map(|alarm| cause(&alarm.to_string()))
     }
 
     /// The reasons that references have less effect than they should.
@@ -145,7 +143,9 @@ impl<'a> Facts<'a> {
     pub(super) fn line(self, steering: Option<&Steering>) -> String {
         let (now, link) = (self.now, self.link);
         let mode = match self.autopilot.control(now) {
-            Control::Reported(Some((heartbeat, age))) if age <= HEARTBEAT_AGE_MAX_S => heartbeat.mode_name(),
+            Control::Reported(Some((heartbeat, age))) if age <= HEARTBEAT_AGE_MAX_S => {
+                heartbeat.mode.to_string()
+            }
             Control::Reported(Some((_, age))) => format!("autopilot heard {age:.0} s ago"),
             Control::Reported(None) => "no autopilot".to_owned(),
             Control::Unreported => "mode unknown".to_owned(),

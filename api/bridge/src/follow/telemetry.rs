@@ -98,8 +98,7 @@ impl Telemetry {
     pub(super) fn rejects(&self) -> impl Iterator<Item = &Rejects> {
         let sensors = self.nmea.iter().map(NmeaReader::rejects);
         let modems = self.modems.iter().map(|modem| &modem.rejects);
-        let craft = std::iter::once(&self.craft.integrity.rejects);
-        craft.chain(sensors).chain(modems)
+        std::iter::once(&self.craft.integrity.rejects).chain(sensors).chain(modems)
     }
 
     /// Takes `piece` of a wire; `autopilot` reads its own.

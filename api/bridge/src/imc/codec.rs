@@ -40,6 +40,17 @@ pub struct Header {
     pub destination_entity: u8,
 }
 
+/// All entities of a system.
+pub(super) const ALL_ENTITIES: u8 = 0xFF;
+
+impl Header {
+    /// From one system as a whole to another.
+    pub(super) fn new(time_s: f64, source: u16, destination: u16) -> Self {
+        let (source_entity, destination_entity) = (ALL_ENTITIES, ALL_ENTITIES);
+        Self { time_s, source, source_entity, destination, destination_entity }
+    }
+}
+
 /// A whole packet; `None` is a message that is not in the table below.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packet {
@@ -375,7 +386,7 @@ impl Found {
 }
 
 /// CRC-16-IBM: polynomial 0x8005, reflected, from 0.
-fn checksum(bytes: &[u8]) -> u16 {
+pub(crate) fn checksum(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| (crc >> 8) ^ CRC[usize::from((crc & 0xFF) ^ u16::from(*byte))])
 }
 

@@ -5,19 +5,19 @@ use clock::Clock;
 use planner::angle::direction;
 
 use super::codec::{
-    Announce, ByteOrder, DesiredHeading, DesiredSpeed, DesiredZ, FollowReference, Header, Heartbeat,
-    LogBookEntry, Message, PlanControl, Reference as PlaceAndSpeed, packet,
+    ALL_ENTITIES, Announce, ByteOrder, DesiredHeading, DesiredSpeed, DesiredZ, FollowReference, Header,
+    Heartbeat, LogBookEntry, Message, PlanControl, Reference as PlaceAndSpeed, packet,
 };
 use super::reader::{ImcReader, Z_DEPTH};
 use super::{ImcSettings, PLAN};
+use crate::Origin;
 use crate::mavlink::AutopilotEvent;
 use crate::recent_positions::displaced;
 use crate::reference::Reference;
 use crate::wire::{Endpoint, Output, Received};
 
-/// All systems; all entities of a system.
+/// All systems.
 pub(super) const ALL: u16 = 0xFFFF;
-pub(super) const ALL_ENTITIES: u8 = 0xFF;
 /// `SystemType` of a station that commands.
 const CCU: u8 = 0;
 /// Time without references after which FollowReference ends, s. DUNE looks at it with each of its
@@ -46,7 +46,6 @@ const INFO: u8 = 0;
 const WARNING: u8 = 1;
 const ERROR: u8 = 2;
 
-/// The wire to a craft that runs DUNE.
 pub(crate) struct ImcLink {
     send: Output,
     pub(crate) reader: ImcReader,
@@ -66,7 +65,6 @@ impl ImcLink {
         self.reader.push(&piece.bytes, piece.is_datagram, t_s, unix_s)
     }
 
-    /// Sends `reference` at `now`, s.
     pub(crate) fn reference(&mut self, reference: &Reference, now: f64) {
         if self.settings.headings {
             self.command(DesiredHeading { value: reference.heading });
@@ -111,16 +109,15 @@ impl ImcLink {
             Endpoint::Imc(address) => format!("imc+udp://{address}/"),
             _ => String::new(),
         };
-        let here = self.reader.here();
-        let radians = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
+        let here = self.reader.here().unwrap_or(Origin { lat_deg: 0.0, lon_deg: 0.0 });
         self.to(
             ALL,
             Announce {
                 sys_name: format!("{PLAN}-{}", self.settings.vehicle),
                 sys_type: CCU,
                 owner: ALL,
-                lat: radians(here.map(|here| here.lat_deg)),
-                lon: radians(here.map(|here| here.lon_deg)),
+                lat: here.lat_deg.to_radians(),
+                lon: here.lon_deg.to_radians(),
                 height: 0.0,
                 services,
             },
@@ -182,13 +179,7 @@ impl ImcLink {
     }
 
     fn to(&mut self, destination: u16, message: impl Into<Message>) {
-        let header = Header {
-            time_s: self.clock.unix_s(),
-            source: self.settings.number,
-            source_entity: ALL_ENTITIES,
-            destination,
-            destination_entity: ALL_ENTITIES,
-        };
+        let header = Header::new(self.clock.unix_s(), self.settings.number, destination);
         (self.send)(&packet(&header, &message.into(), ByteOrder::Little));
     }
 }

@@ -10,10 +10,10 @@ use super::codec::{
     AisInfo, Announce, EstimatedState, Header, Message, NavigationUncertainty, Packet, PacketReader,
     PlanControl, PlanControlState, VehicleState,
 };
-use super::mode::DuneMode;
+use super::mode::{EXTERNAL, SERVICE, follows_references, mode};
 use super::{ImcSettings, PLAN};
 use crate::mavlink::{Autopilot, AutopilotEvent, Heartbeat};
-use crate::nmea::vessel_status;
+use crate::nmea::{KNOT, vessel_status};
 use crate::recent_positions::displaced;
 use crate::{AuvFix, CraftMeasurement, Measurement, Origin, VesselFix, VesselMessage, on_earth};
 
@@ -43,7 +43,6 @@ const FAILURE: u8 = 2;
 const BLOCKED: u8 = 0;
 /// `LogBookEntry.type` of a warning and of an error.
 const WARNING_OR_ERROR: [u8; 2] = [1, 2];
-const KNOT: f64 = 1852.0 / 3600.0;
 /// A speed over ground from here on means "not known", knots (ITU-R M.1371).
 const SPEED_UNKNOWN: f64 = 102.25;
 
@@ -146,11 +145,10 @@ impl ImcReader {
         }
         let fix = match message {
             Message::AisInfo(vessel) => {
-                match vessel_message(vessel) {
+                return match vessel_message(vessel) {
                     Some(vessel) => heard.push(AutopilotEvent::Measured(Measurement::Vessel(vessel))),
                     None => self.packets.rejects.count("AIS without an MMSI"),
-                }
-                return;
+                };
             }
             Message::NavigationUncertainty(stated) => {
                 let now = self.now;
@@ -247,18 +245,17 @@ impl ImcReader {
     }
 
     fn heartbeat(&mut self, state: &VehicleState) -> Heartbeat {
-        let mut mode = DuneMode { operation: state.op_mode, maneuver: state.maneuver_type, is_ours: false };
-        if !mode.follows_references() {
+        if !follows_references(state) {
             self.controller = None;
         }
         let ours = |(system, entity)| [ANY.0, self.settings.number].contains(&system) && entity == ANY.1;
-        mode.is_ours = if self.settings.headings {
-            mode.is_external()
+        let is_guided = if self.settings.headings {
+            state.op_mode == EXTERNAL
         } else {
-            mode.follows_references() && self.controller.is_none_or(ours)
+            follows_references(state) && self.controller.is_none_or(ours)
         };
-        self.is_ready = mode.is_service();
-        Heartbeat { autopilot: Autopilot::Dune, mode: mode.into(), is_armed: true }
+        self.is_ready = state.op_mode == SERVICE;
+        Heartbeat { autopilot: Autopilot::Dune, mode: mode(state, is_guided), is_armed: true }
     }
 
     fn craft_state(&mut self, state: &EstimatedState, unix_s: f64, heard: &mut Vec<AutopilotEvent>) {
@@ -277,9 +274,7 @@ impl ImcReader {
             CraftMeasurement::Heading(psi),
             CraftMeasurement::YawRate(r),
         ];
-        heard.extend(measured.map(|measured| {
-            AutopilotEvent::Measured(Measurement::Craft { t_s: unix_s, talker: [0; 2], measured })
-        }));
+        heard.extend(measured.map(|measured| AutopilotEvent::of_craft(unix_s, measured)));
         heard.push(AutopilotEvent::Attitude { roll, pitch });
     }
 
@@ -297,13 +292,9 @@ impl ImcReader {
         let fix = |auv: &str, position: Option<Origin>, sigma: Option<f64>, depth: Option<f64>| {
             let number = |number: f64| Some(number).filter(|number| number.is_finite() && 0.0 <= *number);
             Some(position.ok_or("AUV without a position").map(|position| AuvFix {
-                auv: auv.to_owned(),
-                t_s: unix_s,
-                position,
-                range_m: None,
                 sigma_m: sigma.and_then(number).filter(|sigma| 0.0 < *sigma),
                 depth_m: depth.and_then(number),
-                ground_velocity: None,
+                ..AuvFix::at(auv, unix_s, position)
             }))
         };
         let ranged = |auv: &str, range: f32| {

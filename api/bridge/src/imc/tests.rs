@@ -130,7 +130,7 @@ fn it_is_steered_in_follow_reference_of_this_bridge_alone() {
         let state = VehicleState { op_mode, maneuver_type, ..VehicleState::default() };
         match &reader.push(&bytes(CRAFT, time_s, state), true, 0.0, 1.0)[..] {
             [AutopilotEvent::Time(_), AutopilotEvent::Heartbeat(beat)] => {
-                (beat.is_guided(), beat.mode_name())
+                (beat.mode.is_guided, beat.mode.to_string())
             }
             other => panic!("{other:?}"),
         }

@@ -5,7 +5,7 @@ use super::codec::{
     Announce, ByteOrder, EstimatedState, FollowReference, Header, Heartbeat, Message, PacketReader,
     PlanControl, PlanControlState, Reference as PlaceAndSpeed, UsblFixExtended, VehicleState, packet,
 };
-use super::link::{ALL, ALL_ENTITIES, DONE, LOAD, REQUEST, START};
+use super::link::{ALL, DONE, LOAD, REQUEST, START};
 use super::mode::{FOLLOW_REFERENCE, MANEUVER, SERVICE};
 use super::reader::Z_DEPTH;
 use crate::recent_positions::moved;
@@ -30,6 +30,7 @@ const EXECUTING: u8 = 3;
 const TOLERANCE_M: f64 = 15.0;
 
 /// The craft and its AUVs. Times are the rehearsal's, s.
+#[derive(Default)]
 pub(crate) struct ImcVehicles {
     packets: PacketReader,
     services: String,
@@ -47,14 +48,7 @@ impl ImcVehicles {
             Endpoint::Imc(address) => format!("imc+udp://{address}/"),
             _ => String::new(),
         };
-        Self {
-            packets: PacketReader::default(),
-            services,
-            follows: None,
-            reference: None,
-            said_s: vec![],
-            answers: vec![],
-        }
+        Self { services, ..Self::default() }
     }
 
     /// Takes a piece of the wire at `t_s`.
@@ -123,15 +117,7 @@ impl ImcVehicles {
             }
         }
         let bytes = |(source, message): &(u16, Message)| {
-            let (time_s, ends) = (craft.unix_s, ALL_ENTITIES);
-            let header = Header {
-                time_s,
-                source: *source,
-                source_entity: ends,
-                destination: ALL,
-                destination_entity: ends,
-            };
-            packet(&header, message, ByteOrder::Little)
+            packet(&Header::new(craft.unix_s, *source, ALL), message, ByteOrder::Little)
         };
         (said.iter().map(bytes).collect(), steered)
     }

@@ -112,16 +112,14 @@ impl Authority {
             return Action::Silent(Silence::NoPosition);
         }
         let Some(reference) = known.reference else {
-            return Action::Silent(if known.is_paused {
-                Silence::MissionPaused
-            } else if known.has_planned {
-                Silence::PlanStale
-            } else {
-                Silence::NoPlan
+            return Action::Silent(match known.has_planned {
+                _ if known.is_paused => Silence::MissionPaused,
+                true => Silence::PlanStale,
+                false => Silence::NoPlan,
             });
         };
         if let Some(heartbeat) = heartbeat.filter(|heartbeat| !heartbeat.may_be_steered()) {
-            let (order, otherwise) = match (heartbeat.is_guided(), self.has_acted) {
+            let (order, otherwise) = match (heartbeat.mode.is_guided, self.has_acted) {
                 (true, _) => (Action::OrderArm, Silence::NotArmed),
                 (false, true) => (Action::OrderGuided(heartbeat.autopilot), Silence::TakenOver),
                 (false, false) => (Action::OrderGuided(heartbeat.autopilot), Silence::NotGuided),
@@ -138,8 +136,7 @@ impl Authority {
 
     /// The order, if it is allowed and the last one is old enough.
     fn order(&mut self, now: f64, order: Action, otherwise: Silence) -> Action {
-        let before = self.ordered_s;
-        let is_due = before.is_none_or(|before| now - before >= TAKE_INTERVAL_S);
+        let is_due = self.ordered_s.is_none_or(|before| now - before >= TAKE_INTERVAL_S);
         if self.take_control && !self.has_acted && is_due && self.orders < ORDERS_MAX {
             self.orders += 1;
             self.ordered_s = Some(now);

@@ -1,90 +1,73 @@
 //! The autopilots: their modes, and the parameters that change what a reference does.
 
 use std::collections::BTreeMap;
-
-use crate::imc::mode::DuneMode;
+use std::fmt;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Autopilot {
     ArduPilot,
     /// PX4: messages as documented, not tested with the program.
     Px4,
-    /// The IvP helm of a MOOS community, with [`HELM_MODES`].
+    /// The IvP helm of a MOOS community.
     Helm,
-    /// On IMC; its number of a mode is a [`DuneMode`].
+    /// On IMC.
     Dune,
 }
-
-/// The modes of a craft with a MOOSDB. It follows in the first two.
-pub(crate) const HELM_MODES: [&str; 6] =
-    ["DRIVE", "DESIRED_*", "PARK", "manual override", "the helm drives too", "helm in another state"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Heartbeat {
     pub(crate) autopilot: Autopilot,
-    /// The program's own number of the mode.
-    pub(crate) mode: u32,
+    pub(crate) mode: Mode,
     pub(crate) is_armed: bool,
 }
 
-/// Source: ArduPilot, `Rover/mode.h`; the dialect's `RoverMode`.
-const ARDUPILOT_GUIDED: u32 = 15;
-/// Main mode "offboard", 6, in bits 16 to 23. Source: PX4, `px4_custom_mode.h`.
-const PX4_OFFBOARD: u32 = 6 << 16;
-const PX4_MAIN_MODE: u32 = 0xFF << 16;
-
-impl Autopilot {
-    /// The mode in which it follows references.
-    pub(crate) fn guided_mode(self) -> u32 {
-        match self {
-            Self::ArduPilot => ARDUPILOT_GUIDED,
-            Self::Px4 => PX4_OFFBOARD,
-            Self::Helm => 0,
-            Self::Dune => DuneMode::FOLLOWING.into(),
-        }
-    }
-
-    pub(crate) fn guided_name(self) -> &'static str {
-        match self {
-            Self::ArduPilot => "GUIDED",
-            Self::Px4 => "OFFBOARD",
-            Self::Helm => "DRIVE",
-            Self::Dune => "FollowReference",
-        }
-    }
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Mode {
+    pub(crate) name: &'static str,
+    /// The program's own number of a mode without a name of its own.
+    pub(crate) number: Option<u32>,
+    /// `true` if the craft follows references in it.
+    pub(crate) is_guided: bool,
 }
 
+/// Source: ArduPilot, `Rover/mode.h`; the dialect's `RoverMode`.
+pub(super) const ARDUPILOT_GUIDED: u32 = 15;
+/// Main mode, in bits 16 to 23 of a mode. Source: PX4, `px4_custom_mode.h`.
+pub(super) const PX4_OFFBOARD: u32 = 6;
+
 impl Heartbeat {
-    pub(crate) fn is_guided(self) -> bool {
-        match self.autopilot {
-            Autopilot::ArduPilot => self.mode == ARDUPILOT_GUIDED,
-            Autopilot::Px4 => self.mode & PX4_MAIN_MODE == PX4_OFFBOARD,
-            Autopilot::Helm => self.mode < 2,
-            Autopilot::Dune => DuneMode::from(self.mode).is_ours,
-        }
+    /// A heartbeat of MAVLink, whose number of a `mode` depends on the autopilot.
+    pub(crate) fn of_mavlink(autopilot: Autopilot, mode: u32, is_armed: bool) -> Self {
+        let is_px4 = autopilot == Autopilot::Px4;
+        let name = match mode {
+            mode if is_px4 => (mode >> 16 & 0xFF == PX4_OFFBOARD).then_some("OFFBOARD"),
+            0 => Some("MANUAL"),
+            1 => Some("ACRO"),
+            3 => Some("STEERING"),
+            4 => Some("HOLD"),
+            5 => Some("LOITER"),
+            6 => Some("FOLLOW"),
+            10 => Some("AUTO"),
+            11 => Some("RTL"),
+            ARDUPILOT_GUIDED => Some("GUIDED"),
+            _ => None,
+        };
+        let is_guided = if is_px4 { name.is_some() } else { mode == ARDUPILOT_GUIDED };
+        let number = name.is_none().then_some(mode);
+        let mode = Mode { name: name.unwrap_or("mode"), number, is_guided };
+        Self { autopilot, mode, is_armed }
     }
 
     /// `true` if it follows references now.
     pub(crate) fn may_be_steered(self) -> bool {
-        self.is_guided() && self.is_armed
+        self.mode.is_guided && self.is_armed
     }
+}
 
-    pub(crate) fn mode_name(self) -> String {
-        let name = match (self.autopilot, self.mode) {
-            (Autopilot::Helm, mode) => HELM_MODES[(mode as usize).min(HELM_MODES.len() - 1)],
-            (Autopilot::ArduPilot, 0) => "MANUAL",
-            (Autopilot::ArduPilot, 1) => "ACRO",
-            (Autopilot::ArduPilot, 3) => "STEERING",
-            (Autopilot::ArduPilot, 4) => "HOLD",
-            (Autopilot::ArduPilot, 5) => "LOITER",
-            (Autopilot::ArduPilot, 6) => "FOLLOW",
-            (Autopilot::ArduPilot, 10) => "AUTO",
-            (Autopilot::ArduPilot, 11) => "RTL",
-            (Autopilot::Dune, mode) => return DuneMode::from(mode).name(),
-            _ if self.is_guided() => self.autopilot.guided_name(),
-            _ => return format!("mode {}", self.mode),
-        };
-        name.to_owned()
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name)?;
+        self.number.map_or(Ok(()), |number| write!(f, " {number}"))
     }
 }
 
@@ -135,14 +118,12 @@ impl Parameters {
 
     pub(crate) fn get(&self, name: &str) -> Option<f64> {
         // The decimal that a person has set: 1.2 and not 1.2000000476837158.
-        let value = self.values.get(name)?;
-        value.to_string().parse().ok()
+        self.values.get(name)?.to_string().parse().ok()
     }
 
     /// Parameters without a value so far.
     pub(crate) fn missing(&self) -> impl Iterator<Item = &'static str> {
-        let names = PARAMETERS.into_iter();
-        names.filter(|name| !self.values.contains_key(*name))
+        PARAMETERS.into_iter().filter(|name| !self.values.contains_key(*name))
     }
 
     /// The limit of reference speeds, m/s: `WP_SPEED`, or `CRUISE_SPEED` if that is 0.

@@ -47,6 +47,13 @@ pub(crate) enum AutopilotEvent {
     },
 }
 
+impl AutopilotEvent {
+    /// A measurement of the surface craft on a wire without talkers.
+    pub(crate) fn of_craft(t_s: f64, measured: CraftMeasurement) -> Self {
+        Self::Measured(Measurement::Craft { t_s, talker: [0; 2], measured })
+    }
+}
+
 /// Reads a stream in pieces of any size.
 ///
 /// Messages of the craft count from its autopilot only (component 1); AUVs are other systems.
@@ -154,7 +161,7 @@ impl MavlinkReader {
         }
         if is_craft {
             self.craft_message(message, received_s, heard);
-        } else if let Some(auv) = self.auvs.get(&system).cloned() {
+        } else if let Some(auv) = self.auvs.get(&system) {
             match knows_position(message) {
                 Some(true) => drop(self.lost.remove(&system)),
                 Some(false) => drop(self.lost.insert(system)),
@@ -210,21 +217,13 @@ impl MavlinkReader {
             return None;
         }
         self.autopilot = Some(autopilot);
-        Some(AutopilotEvent::Heartbeat(Heartbeat {
-            autopilot,
-            mode: heartbeat.custom_mode,
-            is_armed: heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED),
-        }))
+        let is_armed = heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        let heartbeat = Heartbeat::of_mavlink(autopilot, heartbeat.custom_mode, is_armed);
+        Some(AutopilotEvent::Heartbeat(heartbeat))
     }
 
     fn craft_message(&mut self, message: &MavMessage, received_s: f64, heard: &mut Vec<AutopilotEvent>) {
-        let mut measured = |measured| {
-            heard.push(AutopilotEvent::Measured(Measurement::Craft {
-                t_s: received_s,
-                talker: [0; 2],
-                measured,
-            }));
-        };
+        let mut measured = |measured| heard.push(AutopilotEvent::of_craft(received_s, measured));
         match message {
             MavMessage::GLOBAL_POSITION_INT(at) => match position(at.lat, at.lon) {
                 Some(position) => {
@@ -317,15 +316,11 @@ fn depth(above_home: f64, altitude: f64) -> Option<f64> {
     (altitude <= 0.0).then_some(-altitude)
 }
 
-fn fix_of_position(auv: String, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) -> Option<AuvFix> {
+fn fix_of_position(auv: &str, at: &GLOBAL_POSITION_INT_DATA, received_s: f64) -> Option<AuvFix> {
     Some(AuvFix {
-        auv,
-        t_s: received_s,
-        position: position(at.lat, at.lon)?,
-        range_m: None,
-        sigma_m: None,
         depth_m: depth(f64::from(at.relative_alt) * METRES, f64::from(at.alt) * METRES),
         ground_velocity: Some(velocity(at)),
+        ..AuvFix::at(auv, received_s, position(at.lat, at.lon)?)
     })
 }
 
@@ -361,7 +356,7 @@ fn vessel_message(at: &AIS_VESSEL_DATA) -> VesselMessage {
 }
 
 /// The time is that of arrival: `FOLLOW_TARGET.timestamp` counts from the sender's start.
-fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Option<AuvFix> {
+fn fix_of_target(auv: &str, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Option<AuvFix> {
     if at.est_capabilities & KNOWS_POSITION == 0 {
         return None;
     }
@@ -369,13 +364,10 @@ fn fix_of_target(auv: String, at: &FOLLOW_TARGET_DATA, received_s: f64) -> Optio
     let knows_velocity = at.est_capabilities & KNOWS_VELOCITY != 0 && north.is_finite() && east.is_finite();
     let sigma = f64::from(at.position_cov[0]);
     Some(AuvFix {
-        auv,
-        t_s: received_s,
-        position: position(at.lat, at.lon)?,
-        range_m: None,
         sigma_m: (sigma.is_finite() && sigma > 0.0).then_some(sigma),
         depth_m: depth(0.0, f64::from(at.alt)),
         ground_velocity: knows_velocity.then(|| Vector2::new(north, east)),
+        ..AuvFix::at(auv, received_s, position(at.lat, at.lon)?)
     })
 }
 

@@ -56,7 +56,7 @@ fn reader() -> MavlinkReader {
     let beat = heartbeat(BOAT, ARDUPILOT, 15);
     assert_eq!(reader.push(&frame(1, 1, &beat), 0.0), []);
     let heard = reader.push(&frame(1, 1, &beat), 1.0);
-    assert!(matches!(heard[..], [AutopilotEvent::Heartbeat(beat)] if beat.is_guided() && beat.is_armed));
+    assert!(matches!(heard[..], [AutopilotEvent::Heartbeat(beat)] if beat.mode.is_guided && beat.is_armed));
     reader
 }
 
@@ -78,8 +78,7 @@ fn fix(message: &MavMessage) -> Option<AuvFix> {
 
 /// The only message in `bytes`.
 fn read(bytes: &[u8]) -> (MavHeader, MavMessage) {
-    let message = FrameReader::new(bytes).read_any_message();
-    message.expect("is a whole frame")
+    FrameReader::new(bytes).read_any_message().expect("is a whole frame")
 }
 
 #[test]
@@ -263,7 +262,7 @@ fn px4_follows_references_in_offboard_only() {
     let mut is_guided = |main_mode: u32| {
         let beat = heartbeat(BOAT, MavAutopilot::MAV_AUTOPILOT_PX4, main_mode << 16);
         let twice = frame(1, 1, &beat).repeat(2);
-        matches!(reader.push(&twice, 0.0).last(), Some(AutopilotEvent::Heartbeat(beat)) if beat.is_guided())
+        matches!(reader.push(&twice, 0.0).last(), Some(AutopilotEvent::Heartbeat(beat)) if beat.mode.is_guided)
     };
     assert!(is_guided(6));
     assert!(!is_guided(4));
@@ -300,7 +299,7 @@ fn contradictory_heartbeats_forbid_references() {
 }
 
 fn control(mode: u32, is_armed: bool, age: f64) -> Control {
-    let beat = Heartbeat { autopilot: Autopilot::ArduPilot, mode, is_armed };
+    let beat = Heartbeat::of_mavlink(Autopilot::ArduPilot, mode, is_armed);
     Control::Reported(Some((beat, age)))
 }
 
@@ -349,7 +348,7 @@ fn px4_gets_references_in_other_modes_and_can_enter_offboard() {
     let reference = known(15, true).reference.expect("is present");
     let (offered, sent) = (Action::Offer(reference), Action::Send(reference));
     for (now, main_mode, action) in [(0.0, 4, offered), (1.0, 6, sent), (2.0, 4, offered)] {
-        let beat = Heartbeat { autopilot: Autopilot::Px4, mode: main_mode << 16, is_armed: true };
+        let beat = Heartbeat::of_mavlink(Autopilot::Px4, main_mode << 16, true);
         let control = Control::Reported(Some((beat, 0.5)));
         let known = Conditions { control, ..known(15, true) };
         assert_eq!(authority.decide(now, &known), action);

@@ -8,7 +8,7 @@ use ::mavlink::dialects::ardupilotmega::{
 use ::mavlink::types::CharArray;
 use ::mavlink::{MAVLinkV2MessageRaw, MavHeader};
 
-use super::autopilot::Autopilot;
+use super::autopilot::{ARDUPILOT_GUIDED, Autopilot, PX4_OFFBOARD};
 use crate::reference::Reference;
 
 #[derive(Debug)]
@@ -76,12 +76,11 @@ impl MavlinkWriter {
     /// as heading; negative speeds mean astern. PX4 takes speed and bearing from the velocity.
     pub(crate) fn reference(&mut self, autopilot: Autopilot, reference: &Reference, boot_ms: u32) -> Vec<u8> {
         let speed = reference.speed.max(0.0);
-        let (mask, [vx, vy]) = match autopilot {
-            Autopilot::ArduPilot | Autopilot::Helm => (SPEED_AND_HEADING, [speed, 0.0]),
-            Autopilot::Px4 | Autopilot::Dune => {
-                let (sin, cos) = reference.heading.sin_cos();
-                (VELOCITY, [speed * cos, speed * sin])
-            }
+        let (mask, [vx, vy]) = if autopilot == Autopilot::Px4 {
+            let (sin, cos) = reference.heading.sin_cos();
+            (VELOCITY, [speed * cos, speed * sin])
+        } else {
+            (SPEED_AND_HEADING, [speed, 0.0])
         };
         let [vx, vy, yaw] = [vx, vy, reference.heading].map(single);
         self.frame(&MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
@@ -117,12 +116,8 @@ impl MavlinkWriter {
     }
 
     pub(crate) fn set_guided(&mut self, autopilot: Autopilot) -> Vec<u8> {
-        let mode = match autopilot {
-            Autopilot::ArduPilot | Autopilot::Helm => [CUSTOM_MODE, autopilot.guided_mode() as f32],
-            // The main mode only.
-            Autopilot::Px4 | Autopilot::Dune => [CUSTOM_MODE, (autopilot.guided_mode() >> 16) as f32],
-        };
-        self.command(MavCmd::MAV_CMD_DO_SET_MODE, mode)
+        let mode = if autopilot == Autopilot::Px4 { PX4_OFFBOARD } else { ARDUPILOT_GUIDED };
+        self.command(MavCmd::MAV_CMD_DO_SET_MODE, [CUSTOM_MODE, mode as f32])
     }
 
     pub(crate) fn arm(&mut self) -> Vec<u8> {

@@ -238,15 +238,7 @@ fn state() -> MeasuredState {
 }
 
 fn fix(auv: &str) -> AuvFix {
-    AuvFix {
-        auv: auv.to_owned(),
-        t_s: 0.0,
-        position: state().position,
-        range_m: None,
-        sigma_m: None,
-        depth_m: None,
-        ground_velocity: None,
-    }
+    AuvFix::at(auv, 0.0, state().position)
 }
 
 #[tokio::test(start_paused = true)]

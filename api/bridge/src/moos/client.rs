@@ -9,7 +9,7 @@ use planner::snapshot::VesselStatus;
 
 use super::node_report::{NodeReport, Pairs};
 use super::packet::{Message, NOTIFY, POISON, PacketReader, TIMING, WELCOME, connection, packet};
-use crate::mavlink::{Autopilot, AutopilotEvent, HELM_MODES, Heartbeat};
+use crate::mavlink::{Autopilot, AutopilotEvent, Heartbeat, Mode};
 use crate::reference::Reference;
 use crate::{
     AuvFix, CraftMeasurement, Measurement, Origin, Parsed, Rejects, VesselFix, VesselMessage, on_earth,
@@ -32,6 +32,10 @@ const ALL_STOP: &str = "IVPHELM_ALLSTOP";
 const OVERRIDES: [&str; 2] = ["MOOS_MANUAL_OVERRIDE", "MOOS_MANUAL_OVERIDE"];
 /// What the database writes once a second by itself: its time.
 const DB_TIME: &str = "DB_TIME";
+
+/// The modes of a craft with a MOOSDB. It follows in the first two.
+const MODES: [&str; 6] =
+    ["DRIVE", "DESIRED_*", "PARK", "manual override", "the helm drives too", "helm in another state"];
 
 /// Greatest difference of the times of a pair, s, and of x and y from a position in degrees.
 const PAIR_S: f64 = 0.02;
@@ -205,7 +209,10 @@ impl MoosClient {
         if let Some(name) = names.into_iter().find(|name| *name == message.key) {
             let t_s = self.dated(message.t_s, unix_s);
             self.numbers.insert(name, (t_s, message.number));
-            events.extend(self.measured(name, message.number, t_s).map(|measured| craft(t_s, measured)));
+            events.extend(
+                self.measured(name, message.number, t_s)
+                    .map(|measured| AutopilotEvent::of_craft(t_s, measured)),
+            );
         }
     }
 
@@ -303,7 +310,9 @@ impl MoosClient {
                 let heading = report.heading.map(|heading| CraftMeasurement::Heading(wrap(heading)));
                 let speed = report.speed.map(CraftMeasurement::GroundSpeed);
                 let measured = [heading, Some(CraftMeasurement::Position(position)), speed];
-                events.extend(measured.into_iter().flatten().map(|measured| craft(t_s, measured)));
+                events.extend(
+                    measured.into_iter().flatten().map(|measured| AutopilotEvent::of_craft(t_s, measured)),
+                );
             }
         } else if let Some((auv, newest_s)) = self.auvs.get_mut(&report.name.to_ascii_uppercase()) {
             // A relay repeats reports. A clock that was set back makes none.
@@ -314,7 +323,7 @@ impl MoosClient {
             events.push(AutopilotEvent::Measured(Measurement::Auv(AuvFix {
                 depth_m: report.depth_m,
                 ground_velocity: velocity.map(|(speed, course)| speed * direction(course)),
-                ..fix(auv, t_s, position)
+                ..AuvFix::at(auv, t_s, position)
             })));
         } else if !report.name.eq_ignore_ascii_case(&self.community) {
             let vessel = vessel(&report, position, unix_s - t_s);
@@ -329,7 +338,7 @@ impl MoosClient {
         let (_, position) = self.position.filter(|(at, _)| unix_s - at <= HOLD_S)?;
         let (auv, _) = self.auvs.get(&pairs.text(&["TARGET", "ID"])?.to_ascii_uppercase())?;
         let range_m = pairs.number(&["RANGE"]).filter(|range| 0.0 <= *range)?;
-        let fix = AuvFix { range_m: Some(range_m), ..fix(auv, unix_s, position) };
+        let fix = AuvFix { range_m: Some(range_m), ..AuvFix::at(auv, unix_s, position) };
         let is_own = observer.eq_ignore_ascii_case(&self.community);
         let t_s = self.dated(pairs.number(&["TIME"]).unwrap_or(unix_s), unix_s);
         is_own.then_some(AuvFix { t_s, ..fix })
@@ -350,18 +359,9 @@ fn earth((anchor, [x, y]): &(Origin, [f64; 2]), xy: [f64; 2]) -> Option<Origin> 
     Some(datum.from_local(&Vector2::new(xy[1] - y, xy[0] - x)).into())
 }
 
-fn craft(t_s: f64, measured: CraftMeasurement) -> AutopilotEvent {
-    AutopilotEvent::Measured(Measurement::Craft { t_s, talker: [0; 2], measured })
-}
-
-fn fix(auv: &str, t_s: f64, position: Origin) -> AuvFix {
-    let auv = auv.to_owned();
-    AuvFix { auv, t_s, position, range_m: None, sigma_m: None, depth_m: None, ground_velocity: None }
-}
-
 fn beat(mode: &str) -> AutopilotEvent {
-    let mode = HELM_MODES.iter().position(|known| *known == mode).unwrap_or(HELM_MODES.len() - 1);
-    let mode = u32::try_from(mode).unwrap_or(u32::MAX);
+    let known = MODES.iter().position(|known| *known == mode).unwrap_or(MODES.len() - 1);
+    let mode = Mode { name: MODES[known], number: None, is_guided: known < 2 };
     AutopilotEvent::Heartbeat(Heartbeat { autopilot: Autopilot::Helm, mode, is_armed: true })
 }
 

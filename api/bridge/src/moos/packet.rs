@@ -46,7 +46,6 @@ pub(crate) struct Message {
     pub(crate) text: Option<String>,
 }
 
-/// The greeting of a new connection.
 pub(crate) fn greeting() -> [u8; GREETING_BYTES] {
     let mut greeting = [0; GREETING_BYTES];
     greeting[..GREETING.len()].copy_from_slice(GREETING);
@@ -68,7 +67,6 @@ pub(crate) fn connection(name: &str, variables: &[&str], t_s: f64) -> Vec<u8> {
     [&greeting()[..], &packet(&[hello]), &packet(&registers)].concat()
 }
 
-/// The packet of `messages`.
 pub(crate) fn packet(messages: &[Message]) -> Vec<u8> {
     let mut bytes = vec![0; PACKET_HEAD];
     for message in messages {

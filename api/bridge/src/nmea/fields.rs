@@ -93,14 +93,8 @@ fn signed_degrees(text: &str, hemisphere: &str, hemispheres: [&str; 2]) -> Optio
     let (degrees, minutes) = text.split_at_checked(point.checked_sub(PAIR)?)?;
     let minutes = unsigned(minutes).filter(|minutes| *minutes <= MINUTES_PER_DEGREE)?;
     let magnitude = unsigned(degrees)? + minutes / MINUTES_PER_DEGREE;
-    let [positive, negative] = hemispheres;
-    if hemisphere == positive {
-        Some(magnitude)
-    } else if hemisphere == negative {
-        Some(-magnitude)
-    } else {
-        None
-    }
+    let side = hemispheres.iter().position(|side| *side == hemisphere)?;
+    Some([magnitude, -magnitude][side])
 }
 
 /// Seconds after midnight of hhmmss.sss.

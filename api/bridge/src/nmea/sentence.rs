@@ -12,7 +12,7 @@ use super::fields::{BEARING_DEG, Fields};
 use crate::{CraftMeasurement, Parsed, reject_if};
 
 /// A knot, m/s: one international nautical mile, 1852 m, an hour.
-pub(super) const KNOT: f64 = 1852.0 / 3600.0;
+pub(crate) const KNOT: f64 = 1852.0 / 3600.0;
 /// A kilometre an hour, m/s.
 const KILOMETRE_PER_HOUR: f64 = 1000.0 / 3600.0;
 /// A degree a minute, rad/s.

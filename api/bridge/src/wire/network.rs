@@ -104,7 +104,6 @@ impl Addresses {
     }
 }
 
-/// The addresses in the services of an announcement.
 fn addresses(services: &str) -> Vec<SocketAddr> {
     let addresses = services.split(';').filter_map(|service| service.trim().strip_prefix(SERVICE));
     let addresses = addresses.filter_map(|address| address.split('/').next()?.parse().ok());

@@ -76,8 +76,7 @@ impl Caller {
             let name = peer.map_or("this program".to_owned(), |Peer(address)| address.to_string());
             return Ok(Self { name: name.into(), role: Role::Admin, limit: None, has_token: false });
         };
-        let token = known.find(bearer(headers)?, now);
-        let token = token.ok_or(Problem::Unauthenticated)?;
+        let token = known.find(bearer(headers)?, now).ok_or(Problem::Unauthenticated)?;
         Ok(Self {
             name: token.name.as_str().into(),
             role: token.role,

@@ -116,11 +116,9 @@ async fn whole(body: Body, memory: &Arc<Semaphore>) -> Result<BodyBytes, Problem
 }
 
 fn require_json(headers: &HeaderMap) -> Result<(), Problem> {
-    let given = headers.get(header::CONTENT_TYPE);
-    let given = given.ok_or_else(|| Problem::NotJson(String::new()))?;
+    let given = headers.get(header::CONTENT_TYPE).ok_or_else(|| Problem::NotJson(String::new()))?;
     let given = String::from_utf8_lossy(given.as_bytes()).into_owned();
-    let essence = given.split(';').next().unwrap_or_default();
-    let essence = essence.trim().to_ascii_lowercase();
+    let essence = given.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
     if essence != "application/json" && !(essence.starts_with("application/") && essence.ends_with("+json")) {
         return Err(Problem::NotJson(format!(", not {given}")));
     }

@@ -46,8 +46,7 @@ const POLICY: HeaderValue = HeaderValue::from_static(
 /// any.
 pub(crate) fn framed_by(origins: &[HeaderValue]) -> Option<HeaderValue> {
     let origins: Vec<&str> = origins.iter().filter_map(|origin| origin.to_str().ok()).collect();
-    let policy = POLICY;
-    let policy = policy.to_str().ok()?.strip_suffix("'none'")?.to_owned() + &origins.join(" ");
+    let policy = POLICY.to_str().ok()?.strip_suffix("'none'")?.to_owned() + &origins.join(" ");
     HeaderValue::from_str(&policy).ok().filter(|_| !origins.is_empty())
 }
 

@@ -49,7 +49,6 @@ pub struct TokenLimit {
 }
 
 impl TokenLimit {
-    /// `true` if it names the mission with this ID.
     pub(crate) fn names(&self, id: &str) -> bool {
         self.missions.iter().any(|mission| mission == id)
     }
@@ -71,7 +70,6 @@ impl TokenLimit {
         self.craft.iter().any(|named| named == craft)
     }
 
-    /// `true` if it names the craft of the mission with this metadata.
     pub(crate) fn names_craft_of(&self, metadata: &Map<String, Value>) -> bool {
         let craft = metadata.get(CRAFT).and_then(Value::as_str);
         craft.is_some_and(|craft| self.names_craft(craft))

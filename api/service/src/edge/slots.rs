@@ -109,8 +109,7 @@ impl ConnectionSlots {
 
 impl Table {
     fn count(&self, address: &IpAddr) -> usize {
-        let of = self.by_address.get(address);
-        of.map_or(0, |of| of.iter().map(BTreeSet::len).sum())
+        self.by_address.get(address).map_or(0, |of| of.iter().map(BTreeSet::len).sum())
     }
 
     fn insert(&mut self, number: u64, connection: Connection) {
@@ -237,7 +236,6 @@ fn long_before(now: Instant) -> Instant {
     now.checked_sub(LONG_REQUEST).unwrap_or(now)
 }
 
-/// The network of an address, which shares its slots.
 fn network(address: IpAddr) -> IpAddr {
     match address {
         IpAddr::V6(address) => {
@@ -261,8 +259,7 @@ mod tests {
 
     /// All of 8 slots, taken alternately by two addresses.
     fn crowded(slots: &ConnectionSlots) -> Vec<ConnectionSlot> {
-        let taken = (0..8).map(|i| slots.acquire(BAD[i % 2]).expect("is free"));
-        taken.collect()
+        (0..8).map(|i| slots.acquire(BAD[i % 2]).expect("is free")).collect()
     }
 
     fn serve(slot: &ConnectionSlot, caller: &str) {

@@ -106,7 +106,6 @@ pub(super) struct View {
     pub(super) mission: Arc<Mission>,
     /// The last plan of each craft.
     pub(super) plans: Vec<Arc<StoredPlan>>,
-    /// The craft of a fleet.
     pub(super) fleet: Vec<CraftView>,
     /// Vehicles whose recent reports the next plan needs and lacks.
     pub(super) waits_for: Vec<String>,
@@ -381,8 +380,7 @@ impl Context {
 
     /// `false` if no plan can be stored. A plan must steer nothing then: another service may steer.
     fn may_plan(&self) -> bool {
-        let lease = self.store.lease();
-        lease.is_none_or(|lease| lease.incarnation().is_ok())
+        self.store.lease().is_none_or(|lease| lease.incarnation().is_ok())
     }
 
     /// Waits for a request and keeps it for `try_next`, or until no handle is left.
@@ -510,8 +508,7 @@ impl Context {
     ) -> Vec<Arc<StoredPlan>> {
         let view = self.view.borrow();
         let others = view.plans.iter().filter(|other| newest.iter().all(|new| new.craft != other.craft));
-        let others = others.filter(|other| has(other.craft.as_deref()));
-        let others: Vec<_> = others.cloned().collect();
+        let others: Vec<_> = others.filter(|other| has(other.craft.as_deref())).cloned().collect();
         newest.extend(others);
         newest
     }

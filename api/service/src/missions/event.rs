@@ -221,7 +221,6 @@ pub(super) fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, StoreError>
     serde_json::from_slice(bytes).map_err(|error| StoreError::Damaged(error.to_string()))
 }
 
-/// The request that created the mission: its first event.
 pub(super) fn created(reader: &EventReader, number: u64) -> Result<NewMission, StoreError> {
     let first = reader.events(number, 0, 1)?;
     match first.first().map(Event::read).transpose()? {

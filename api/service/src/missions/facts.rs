@@ -20,7 +20,14 @@ const ASSIGNED_IN: usize = 3;
 /// What is planned for.
 pub(super) enum Facts {
     One(Box<Snapshot>),
-    Fleet { fleet: Box<Fleet>, assigned: Assigned, absences: Absences, slots: Vec<Vec<SlotUse>> },
+    Fleet(Box<FleetFacts>),
+}
+
+pub(super) struct FleetFacts {
+    fleet: Fleet,
+    assigned: Assigned,
+    absences: Absences,
+    slots: Vec<Vec<SlotUse>>,
 }
 
 /// The plan of a craft, with its name in a fleet.
@@ -63,7 +70,7 @@ impl Facts {
             let (away, cut_short) = (absences.away.clone(), stop.was_due());
             let assigned = Assigned { t_s: now, assignment, away, cut_short };
             let slots = fleet.slots(&assigned.assignment);
-            Self::Fleet { fleet: Box::new(fleet), assigned, absences, slots }
+            Self::Fleet(Box::new(FleetFacts { fleet, assigned, absences, slots }))
         }))
     }
 
@@ -76,9 +83,9 @@ impl Facts {
             Self::One(snapshot) => {
                 vec![CraftPlan { id: None, made: plan(Arc::new(Snapshot::clone(snapshot)), 1), place: 0 }]
             }
-            Self::Fleet { fleet, assigned, .. } => {
-                let assignment = &assigned.assignment;
-                let made = fleet.plans(assignment, |snapshot, left| plan(snapshot.into(), left));
+            Self::Fleet(facts) => {
+                let assignment = &facts.assigned.assignment;
+                let made = facts.fleet.plans(assignment, |snapshot, left| plan(snapshot.into(), left));
                 let named = made.into_iter().zip(&assignment.craft).enumerate();
                 named
                     .map(|(place, (made, craft))| CraftPlan { id: Some(craft.id.0.clone()), made, place })
@@ -87,12 +94,16 @@ impl Facts {
         }
     }
 
-    /// Who serves whom, in a fleet.
-    pub(super) fn assigned(&self) -> Option<&Assigned> {
+    fn fleet(&self) -> Option<&FleetFacts> {
         match self {
             Self::One(_) => None,
-            Self::Fleet { assigned, .. } => Some(assigned),
+            Self::Fleet(facts) => Some(facts),
         }
+    }
+
+    /// Who serves whom, in a fleet.
+    pub(super) fn assigned(&self) -> Option<&Assigned> {
+        self.fleet().map(|facts| &facts.assigned)
     }
 
     /// Who serves whom in a fleet, if that is not as `before`.
@@ -114,18 +125,12 @@ impl Facts {
 
     /// Slots of the acoustic network of a fleet.
     pub(super) fn slots(&self) -> Vec<Vec<SlotUse>> {
-        match self {
-            Self::One(_) => Vec::new(),
-            Self::Fleet { slots, .. } => slots.clone(),
-        }
+        self.fleet().map_or_else(Vec::new, |facts| facts.slots.clone())
     }
 
     /// The absence of each craft of a fleet after the plans.
     pub(super) fn absences(&self) -> AbsenceOf {
-        match self {
-            Self::One(_) => AbsenceOf::new(),
-            Self::Fleet { absences, .. } => absences.after.clone(),
-        }
+        self.fleet().map_or_else(AbsenceOf::new, |facts| facts.absences.after.clone())
     }
 }
 
@@ -171,8 +176,8 @@ mod tests {
             known.previous_plan = Some(serde_json::from_value(beyond).expect("has the shape"));
             let previous = |facts: &Facts| match facts {
                 Facts::One(snapshot) => snapshot.previous_plan.clone(),
-                Facts::Fleet { fleet, assigned, .. } => {
-                    fleet.snapshot(0, &assigned.assignment, &[]).previous_plan.clone()
+                Facts::Fleet(facts) => {
+                    facts.fleet.snapshot(0, &facts.assigned.assignment, &[]).previous_plan.clone()
                 }
             };
             assert_eq!(previous(&facts(&state, 10.0)), None);

@@ -236,8 +236,7 @@ async fn mission_of(request: &mut Request) -> Option<String> {
         return None;
     }
     let params = request.extract_parts::<RawPathParams>().await.ok()?;
-    let id = params.iter().find(|(name, _)| *name == "id");
-    id.map(|(_, id)| id.to_owned())
+    params.iter().find(|(name, _)| *name == "id").map(|(_, id)| id.to_owned())
 }
 
 /// The call for the service at `address`.

@@ -67,8 +67,7 @@ mod tests {
         }
 
         async fn ordered(&self, id: &str, command: Command) -> Result<(), Problem> {
-            let sent = self.send(id, command, None, IfMatch::default(), None);
-            sent.await.map(drop)
+            self.send(id, command, None, IfMatch::default(), None).await.map(drop)
         }
     }
 

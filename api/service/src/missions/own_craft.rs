@@ -117,8 +117,7 @@ impl Fleet {
 
     /// `true` if every caller that may see one mission may see the other.
     fn have_the_same_callers(&self, one: &Mission, other: &Mission) -> bool {
-        let tokens = self.tokens.as_ref();
-        tokens.is_none_or(|tokens| tokens.permit_alike([one, other]))
+        self.tokens.as_ref().is_none_or(|tokens| tokens.permit_alike([one, other]))
     }
 }
 
@@ -263,7 +262,6 @@ fn is_name(name: &str) -> bool {
     (1..=ID_LENGTH_MAX).contains(&name.len()) && !name.contains(char::is_control)
 }
 
-/// `true` for missions of one bridge, which has one craft.
 fn are_of_one_bridge(one: &Mission, other: &Mission) -> bool {
     let [one, other] = [one, other].map(|mission| mission.metadata.get("bridge"));
     one.is_some() && one == other

@@ -5,6 +5,7 @@ use std::cell::OnceCell;
 use std::io::{self, BufWriter, Write};
 
 use ::record::{Entry, ExportError, Format, Origin, SCHEMA_VERSION, Source, table::Row};
+use planner::fleet::CRAFT_MAX;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use utoipa::ToSchema;
@@ -227,21 +228,28 @@ impl<'a> MissionEvents<'a> {
     }
 
     fn is_live(&self) -> bool {
-        let created = self.created.as_ref();
-        created.is_some_and(|created| created.live.is_some())
+        self.created.as_ref().is_some_and(|created| created.live.is_some())
     }
 
     /// The state before a part, so that its rows equal those of the whole record.
     fn before(&self) -> Result<RowContext, RecordError> {
         let mut before = RowContext { timeline: self.start, ..RowContext::default() };
+        let live = self.created.as_ref().and_then(|created| created.live.as_ref());
         // A live mission's clock is independent: only the last plan's refused fixes matter.
-        let depends = !self.is_live() || self.filter.has(PLANNED);
-        if 0 < self.filter.after && depends {
-            let (number, after) = (self.number, self.filter.after);
-            if let Some(plan) = self.reader.last_of_kind(number, PLANNED, after)? {
-                before.apply(&Event::read(&plan)?);
-            }
+        if live.is_some() && !self.filter.has(PLANNED) {
+            return Ok(before);
         }
+        // Each craft of a fleet plans for AUVs of its own.
+        let is_fleet = live.is_some_and(|live| !live.surface_craft.is_empty());
+        let most = if is_fleet { CRAFT_MAX } else { 1 };
+        let (mut plans, mut last) = (vec![], self.filter.after);
+        while plans.len() < most
+            && let Some(plan) = self.reader.last_of_kind(self.number, PLANNED, last)?
+        {
+            last = plan.sequence - 1;
+            plans.push(Event::read(&plan)?);
+        }
+        plans.iter().rev().for_each(|plan| before.apply(plan));
         Ok(before)
     }
 

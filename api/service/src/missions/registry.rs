@@ -193,21 +193,15 @@ impl Missions {
             title: new.title().unwrap_or_else(|| id.clone()),
             kind: if new.live.is_some() { "live" } else { "simulated" }.to_owned(),
             controller: new.simulated.as_ref().map(|simulated| simulated.controller),
-            status: Status::Created,
             created_s: at_s,
-            started_s: None,
-            finished_s: None,
             t_s: if new.live.is_some() { at_s } else { 0.0 },
-            speed_factor: None,
             sequence: 1,
             revision: 1,
             setting: new.live.as_ref().map(Setting::from),
             origin: new.live.as_ref().and_then(|live| live.origin),
             metadata: new.metadata.clone(),
-            plan: None,
-            steering: None,
-            surface_craft: vec![],
             id,
+            ..Mission::default()
         };
         let checkpoint = new.live.clone().map(|live| Checkpoint::new(Some(MissionState::new(live)), &[]));
         let event = Event::Created { at_s, mission: Box::new(new) };
@@ -481,7 +475,6 @@ impl Missions {
         self.block(&self.owning, ask).await
     }
 
-    /// Asks the store on one of a few threads that may wait.
     async fn block<T: Send + 'static>(
         &self,
         threads: &Arc<Semaphore>,

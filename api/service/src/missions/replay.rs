@@ -18,7 +18,7 @@ use super::state::MissionState;
 use store::{EventReader, StoreError};
 
 use crate::planning::planners;
-use wire::{PreviousPlan, mission::Mission};
+use wire::mission::Mission;
 
 /// The result of a replay.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -47,24 +47,20 @@ pub fn replay(
     let created = created(reader, listed.number)?;
     let clock = MissionClock::new(mission.created_s, created.live.as_ref());
     let mut run = match (created.live, created.simulated) {
-        (Some(config), _) => RepeatedMission::Live {
-            state: Box::new(MissionState::new(config)),
-            workspace: Box::default(),
-            tick: None,
-        },
+        (Some(config), _) => RepeatedMission::Live { state: Box::new(MissionState::new(config)), tick: None },
         (None, Some(config)) => {
             let simulation = Simulation::new(&config, &Clock::machine()).map_err(StoreError::Damaged)?;
-            RepeatedMission::Simulated(Box::new(simulation), Box::default())
+            RepeatedMission::Simulated(Box::new(simulation))
         }
         (None, None) => return Err(StoreError::Damaged(format!("{id} is neither live nor simulated"))),
     };
-    let mut replayed = Replayed::default();
+    let (mut replayed, mut workspace) = (Replayed::default(), Workspace::default());
     reader.each(listed.number, 0, mission.sequence, &mut |stored| {
         replayed.events = stored.sequence;
         progress(stored.sequence, mission.sequence);
         let event = Event::read(stored)?;
         match (&event, &mut run) {
-            (Event::Planned(planned), run) => match run.plan(planned)? {
+            (Event::Planned(planned), run) => match run.plan(planned, &mut workspace)? {
                 None => replayed.cut_short += 1,
                 Some(digest) if digest == planned.answer_sha256 => replayed.equal += 1,
                 Some(_) => replayed.different.push(stored.sequence),
@@ -79,7 +75,7 @@ pub fn replay(
                 state.apply(event, &clock);
                 *tick = None;
             }
-            (_, RepeatedMission::Simulated(..)) => {}
+            (_, RepeatedMission::Simulated(_)) => {}
         }
         Ok(())
     })?;
@@ -87,8 +83,8 @@ pub fn replay(
 }
 
 enum RepeatedMission {
-    Live { state: Box<MissionState>, workspace: Box<Workspace>, tick: Option<Box<Tick>> },
-    Simulated(Box<Simulation>, Box<Workspace>),
+    Live { state: Box<MissionState>, tick: Option<Box<Tick>> },
+    Simulated(Box<Simulation>),
 }
 
 /// The plans of all craft at one time, of which those that are still to come are left.
@@ -100,9 +96,9 @@ struct Tick {
 
 impl RepeatedMission {
     /// The digest of the repeated answer; `None` if a deadline cut it short.
-    fn plan(&mut self, logged: &Planned) -> Result<Option<String>, StoreError> {
+    fn plan(&mut self, logged: &Planned, workspace: &mut Workspace) -> Result<Option<String>, StoreError> {
         match self {
-            Self::Live { state, workspace, tick } => {
+            Self::Live { state, tick } => {
                 if tick.as_ref().is_none_or(|tick| tick.time != logged.t_s || logged.craft.is_none()) {
                     let new = Tick::new(state, logged, workspace)?;
                     state.replace_absences(new.facts.absences());
@@ -116,21 +112,19 @@ impl RepeatedMission {
                 craft.made.solve_time = Duration::from_nanos(logged.solve_time_ns);
                 let written = tick.facts.written(craft, state.origin());
                 let digest = written.answer.digest();
-                let follows = written.answer.answer.craft_estimate.follows;
-                let follows = logged
-                    .cut_short
-                    .as_ref()
-                    .and(logged.prediction.as_ref())
-                    .map_or(follows, |of| of.craft.follows);
-                let previous =
-                    logged.cut_short.as_ref().map_or(written.previous, |cut| PreviousPlan::clone(cut));
+                let cut_short = logged.cut_short.as_deref();
+                let follows = match cut_short.and(logged.prediction.as_ref()) {
+                    Some(prediction) => prediction.craft.follows,
+                    None => written.answer.answer.craft_estimate.follows,
+                };
+                let previous = cut_short.cloned().unwrap_or(written.previous);
                 if let Some(known) = state.craft_mut(logged.craft.as_deref()) {
                     let strays = logged.craft.is_some() && !follows;
                     known.replace_left(Left { previous_plan: Some(previous), strays });
                 }
-                Ok(logged.cut_short.is_none().then_some(digest))
+                Ok(cut_short.is_none().then_some(digest))
             }
-            Self::Simulated(simulation, workspace) => {
+            Self::Simulated(simulation) => {
                 let ticked = simulation.tick(Some(logged), workspace);
                 let tick = ticked.map_err(|error| StoreError::Damaged(error.to_string()))?;
                 Ok(Some(tick.answer.digest()))

@@ -52,7 +52,6 @@ where
     }
 }
 
-/// An order for a mission, from its request.
 type OrderCall = (Missions, By, MissionId, IdempotencyKeyHeader, IfMatch);
 
 /// Sends the command of the call `name` with that `body`, and answers with the mission after it.
@@ -159,8 +158,7 @@ pub(crate) async fn get_scene(
     let created = created.await?;
     // The scene of a simulated mission starts its scenario.
     let permit = planners.admit(Work::Reading, 0)?;
-    let scene = planners.read(&permit, move |_| scene::scene(&created));
-    scene.await.map(Json)
+    planners.read(&permit, move |_| scene::scene(&created)).await.map(Json)
 }
 
 /// Changes the setting of a live mission, such as its goal, the paths of its AUVs or its datum,
@@ -418,8 +416,7 @@ impl IntoResponses for Record {
                 }
                 RecordFormat::Parquet | RecordFormat::Mcap => {
                     let binary = SchemaFormat::KnownFormat(KnownFormat::Binary);
-                    let text = Object::builder().schema_type(Type::String);
-                    text.format(Some(binary)).build()
+                    Object::builder().schema_type(Type::String).format(Some(binary)).build()
                 }
             };
             response = response.content(essence, ContentBuilder::new().schema(Some(schema)).build());

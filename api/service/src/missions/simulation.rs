@@ -126,9 +126,7 @@ impl Simulation {
         planned.truth = rows.last().and_then(|row| truth(row, &self.ids, &self.vessel_ids)).map(Box::new);
         Ok(Tick { planned, answer, made })
     }
-}
 
-impl Simulation {
     /// The planner's plan for the snapshot `seen`, or the law's reference as a plan.
     fn steer(
         &mut self,

@@ -109,7 +109,6 @@ impl MissionState {
         self.assigned.as_deref()
     }
 
-    /// The position of the datum, if known.
     pub(super) fn origin(&self) -> Option<Origin> {
         self.config.origin
     }
@@ -125,7 +124,6 @@ impl MissionState {
         config.origin.is_none() && nothing_heard && no_bounds && no_path
     }
 
-    /// The mission's configuration, as changed so far.
     pub(super) fn config(&self) -> &Live {
         &self.config
     }
@@ -317,7 +315,6 @@ impl MissionState {
         after
     }
 
-    /// The craft of the fleet at `now`, s, for clients.
     pub(super) fn fleet_view(&self, now: f64) -> Vec<CraftView> {
         let away = self.absences(now).away;
         let assignment = self.assigned.as_ref().map(|assigned| &assigned.assignment);

@@ -29,7 +29,12 @@ pub(super) fn write(document: &mut Value) {
     let ranges = by_shape.chain(gains);
     let ranges = ranges.map(|(shape, member, range)| (format!("{shape}.{member}"), between(range)));
     let members = members().into_iter();
-    for (place, mut values) in ranges.chain(members.map(|(place, values)| (place.to_owned(), values))) {
+    let points = rules::POINTS.into_iter().flat_map(|place| {
+        let coordinate = between(-COORDINATE_MAX..=COORDINATE_MAX);
+        [(place.to_owned(), list(2, 2)), (format!("{place}/items"), coordinate)]
+    });
+    let members = members.map(|(place, values)| (place.to_owned(), values));
+    for (place, mut values) in ranges.chain(members).chain(points) {
         let values = values.as_object_mut().expect("are an object");
         for schema in at(document, &place) {
             let schema = schema.as_object_mut().expect("is a schema");
@@ -66,21 +71,22 @@ fn between<T: Serialize>(range: RangeInclusive<T>) -> Value {
     json!({ "minimum": range.start(), "maximum": range.end() })
 }
 
+fn list(least: usize, most: usize) -> Value {
+    json!({ "minItems": least, "maxItems": most })
+}
+
 fn default(value: impl Serialize) -> Value {
     json!({ "default": value })
 }
 
 /// Values that are not in the planner's table of ranges, by the place of their schema.
-#[expect(clippy::too_many_lines, reason = "a table, a line for each place")]
 fn members() -> Vec<(&'static str, Value)> {
-    const COORDINATE: RangeInclusive<f64> = -COORDINATE_MAX..=COORDINATE_MAX;
     // Names have no control characters, Unicode's general category Cc.
     let name = json!({ "minLength": 1, "maxLength": ID_LENGTH_MAX, "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
     let preset = format!("^({})$", presets.join("|"));
     let version = json!({ "const": SCHEMA_VERSION });
     let note = json!({ "maxLength": check::NOTE_BYTES_MAX });
-    let list = |least: usize, most: usize| json!({ "minItems": least, "maxItems": most });
     let at_most = |most: usize| json!({ "maxItems": most });
     let ring = list(3, NO_GO_CORNERS_MAX);
     let corners = list(*AREA_CORNERS.start(), *AREA_CORNERS.end());
@@ -125,17 +131,11 @@ fn members() -> Vec<(&'static str, Value)> {
         ("NewMission.title", json!({ "maxLength": check::TITLE_BYTES_MAX })),
         ("NoGo.holes/items", ring.clone()),
         ("NoGo.name", json!({ "maxLength": ID_LENGTH_MAX })),
-        ("NoGo.holes/items/items", list(2, 2)),
-        ("NoGo.holes/items/items/items", between(COORDINATE)),
         ("NoGo.polygon", ring),
-        ("NoGo.polygon/items", list(2, 2)),
-        ("NoGo.polygon/items/items", between(COORDINATE)),
         ("Note.text", note.clone()),
         ("Path.closed", default(false)),
         ("Path.segments", list(1, SEGMENTS_MAX)),
         ("PlanRequest.area", corners.clone()),
-        ("PlanRequest.area/items", list(2, 2)),
-        ("PlanRequest.area/items/items", between(COORDINATE)),
         ("PlanRequest.auvs", list(1, AUVS_MAX)),
         ("PlanRequest.deadline_ms", between(DEADLINE_MS)),
         ("PlanRequest.fallback", default(Fallback::default())),
@@ -151,8 +151,6 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Power.linear_w_per_mps", default(0.0)),
         ("PreviousPlan.targets", list(0, AUVS_MAX)),
         ("PreviousPlan.trajectory", list(0, TRAJECTORY_POINTS_MAX)),
-        ("Report.from", list(2, 2)),
-        ("Report.from/items", between(COORDINATE)),
         ("Reports.asc", at_most(REPORTS_MAX)),
         ("Reports.auvs", json!({ "maxProperties": AUVS_MAX })),
         ("Reports.notes", at_most(REPORTS_MAX)),
@@ -162,16 +160,8 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Schedule.costs", list(0, AUVS_MAX)),
         ("Schedule.visits", list(0, VISITS_MAX)),
         ("Segment.angle_rad", between(-ARC_ANGLE_MAX..=ARC_ANGLE_MAX)),
-        ("Segment.centre", list(2, 2)),
-        ("Segment.centre/items", between(COORDINATE)),
         ("Segment.fillet_m", between(0.0..=LENGTH_MAX)),
-        ("Segment.from", list(2, 2)),
-        ("Segment.from/items", between(COORDINATE)),
         ("Segment.points", json!({ "minItems": 2 })),
-        ("Segment.points/items", list(2, 2)),
-        ("Segment.points/items/items", between(COORDINATE)),
-        ("Segment.to", list(2, 2)),
-        ("Segment.to/items", between(COORDINATE)),
         ("Segment.turn_radius_m", between(LENGTH_MIN..=LENGTH_MAX)),
         ("ServedVehicle.served_by_s", between(TIME)),
         ("Setting", object(1, Setting::MEMBERS)),

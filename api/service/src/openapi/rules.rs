@@ -69,8 +69,7 @@ pub(super) fn at<'a>(document: &'a mut Value, place: &str) -> Vec<&'a mut Value>
     }
     let pointer = format!("/properties/{member}");
     let objects = objects(document, shape);
-    let found = objects.filter_map(|object| object.pointer_mut(&pointer));
-    let found: Vec<_> = found.collect();
+    let found: Vec<_> = objects.filter_map(|object| object.pointer_mut(&pointer)).collect();
     assert!(!found.is_empty(), "{place} is in the document");
     found
 }
@@ -159,7 +158,7 @@ pub(super) fn write(document: &mut Value) {
 }
 
 /// Points, which may be positions on Earth.
-const POINTS: [&str; 10] = [
+pub(super) const POINTS: [&str; 10] = [
     "NoGo.holes/items/items",
     "NoGo.polygon/items",
     "Report.from",

@@ -44,7 +44,7 @@ pub(crate) struct Permit {
     busy: Mutex<Duration>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Load {
     n_threads: f64,
     n_max: usize,
@@ -69,13 +69,8 @@ impl Admission {
         Self(Arc::new(Mutex::new(Load {
             n_threads: n_threads as f64,
             n_max: n_threads + n_waiting,
-            n: 0,
-            cost: [0.0; KINDS],
-            rate: [0.0; KINDS],
-            busy: 0.0,
-            standing_since: None,
-            cut_until: None,
             gauge,
+            ..Load::default()
         })))
     }
 
@@ -134,8 +129,7 @@ impl Permit {
 
 impl Drop for Permit {
     fn drop(&mut self) {
-        let busy = self.busy.get_mut();
-        let busy = busy.as_secs_f64().min(WORK_MAX);
+        let busy = self.busy.get_mut().as_secs_f64().min(WORK_MAX);
         let mut load = self.admission.0.lock();
         load.n -= 1;
         load.gauge.dec();

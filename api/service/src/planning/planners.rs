@@ -248,8 +248,7 @@ impl Planners {
         if let Some(planned) = self.clock.by(deadline.instant(), arrived).await {
             return planned;
         }
-        let lower = self.clock.run_blocking(lower);
-        lower.await.map_err(|_| Problem::Panicked)
+        self.clock.run_blocking(lower).await.map_err(|_| Problem::Panicked)
     }
 
     /// Waits until a thread of each pool for requests is free.

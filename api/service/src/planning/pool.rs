@@ -21,7 +21,6 @@ type Work = Box<dyn FnOnce() + Send>;
 /// the queue keeps an empty entry until a thread comes by.
 pub(crate) struct Job(Mutex<Option<Work>>);
 
-/// The caller that waits for a job.
 #[derive(Clone, Debug)]
 pub(crate) struct Caller(Option<Weak<Job>>);
 
@@ -144,7 +143,6 @@ fn carry_out(job: &Weak<Job>) {
 }
 
 impl Caller {
-    /// A caller that stays.
     pub(crate) const STAYS: Self = Self(None);
 
     /// `true` once no caller holds the job.

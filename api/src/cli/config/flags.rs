@@ -49,8 +49,7 @@ fn flag(setting: &'static ConfigSetting) -> Arg {
 /// The hidden flags of missions and tokens, for commands without either.
 pub(crate) fn hidden_places() -> impl Iterator<Item = Arg> {
     let is_place = |setting: &&ConfigSetting| ["data", "store", "tokens"].contains(&setting.name);
-    let places = COMMON.iter().filter(is_place);
-    places.map(|setting| flag(setting).global(true).hide(true))
+    COMMON.iter().filter(is_place).map(|setting| flag(setting).global(true).hide(true))
 }
 
 impl<const OF_SERVICE: bool> FromArgMatches for Flags<OF_SERVICE> {

@@ -12,7 +12,6 @@ use sim::guide::{Guidance, Guide, GuideError};
 const CRAFT: &str = "craft";
 
 /// Plays the vehicles of a mission in real time.
-#[derive(Debug)]
 pub(super) struct WireGuide(pub(super) Rehearsal);
 
 impl Guide for WireGuide {

@@ -34,8 +34,7 @@ pub(super) fn write(
     now_s: f64,
     service: Option<&str>,
 ) -> Result<(), StoreError> {
-    let changed = stored.iter().filter(|(append, _)| append.number.is_some());
-    let changed: Vec<_> = changed.collect();
+    let changed: Vec<_> = stored.iter().filter(|(append, _)| append.number.is_some()).collect();
     if !changed.is_empty() {
         let n_changed = link.execute(
             CHANGE,
@@ -107,7 +106,6 @@ pub(super) fn write(
     Ok(())
 }
 
-/// One column of the rows.
 fn column<'r, R, T>(rows: &'r [R], cell: impl Fn(&'r R) -> T) -> Vec<T> {
     rows.iter().map(cell).collect()
 }

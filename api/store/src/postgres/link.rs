@@ -50,7 +50,6 @@ type Troubled = Arc<Mutex<Option<(Trouble, u32)>>>;
 pub(crate) struct Database(Arc<Pool>);
 
 struct Pool {
-    /// One for each host.
     hosts: Vec<Config>,
     tls: Tls,
     /// Hosts and name, without user and password.
@@ -250,7 +249,6 @@ impl Link {
         error
     }
 
-    /// The prepared statement of a query. Each connection prepares it once.
     pub(super) fn prepared(&self, query: &str) -> Result<Statement, StoreError> {
         if let Some(statement) = self.statements.borrow().get(query) {
             return Ok(statement.clone());

@@ -324,8 +324,4 @@ impl LogWriter for PostgresWriter {
         }
         Ok(())
     }
-
-    fn close(&mut self) -> Result<(), StoreError> {
-        Ok(())
-    }
 }

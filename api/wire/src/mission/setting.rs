@@ -93,8 +93,7 @@ fn null_if_empty<T: Serialize, S: Serializer>(
     given: &Option<Vec<T>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    let given = given.as_ref().filter(|items| !items.is_empty());
-    given.serialize(serializer)
+    given.as_ref().filter(|items| !items.is_empty()).serialize(serializer)
 }
 
 impl Setting {

@@ -141,8 +141,7 @@ impl Voyage {
 
     /// The state, in words, by status line, ground station and mission, each since its last change.
     fn displays(&self) -> [String; 3] {
-        let line = self.bridge.reporting.lined.as_ref();
-        let line = line.and_then(|(steering, _)| steering.as_ref());
+        let line = self.bridge.reporting.lined.as_ref().and_then(|(steering, _)| steering.as_ref());
         let sent = self.sent.lock().expect("is whole");
         let mut frames = MavlinkReader::new(&sent[..]);
         let mut text = String::new();

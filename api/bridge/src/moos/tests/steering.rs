@@ -18,7 +18,7 @@ use crate::wire::Received;
 /// Mode of the heartbeat, and whether it may be steered.
 fn mode(events: &[AutopilotEvent]) -> Option<(String, bool)> {
     events.iter().find_map(|event| match event {
-        AutopilotEvent::Heartbeat(beat) => Some((beat.mode_name(), beat.may_be_steered())),
+        AutopilotEvent::Heartbeat(beat) => Some((beat.mode.to_string(), beat.may_be_steered())),
         _ => None,
     })
 }

@@ -224,9 +224,7 @@ fn write_whole(path: &Path, text: &[u8]) -> io::Result<()> {
     let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let directory = File::open(directory.unwrap_or(Path::new(".")))?;
     let owner = directory.metadata()?;
-    let mut file = OpenOptions::new();
-    let file = file.write(true).create(true).truncate(true).mode(0o600);
-    let mut file = file.open(&new)?;
+    let mut file = OpenOptions::new().write(true).create(true).truncate(true).mode(0o600).open(&new)?;
     file.write_all(text)?;
     // The directory's owner, the service, must be able to read a file that root creates.
     let _ = fchown(&file, Some(owner.uid()), Some(owner.gid()));
@@ -371,8 +369,7 @@ mod tests {
     }
 
     fn valid(tokens: &Tokens, token: &str) -> Option<StoredToken> {
-        let known = tokens.known().expect("there was a file");
-        known.find(token, tokens.now()).cloned()
+        tokens.known().expect("there was a file").find(token, tokens.now()).cloned()
     }
 
     #[tokio::test(start_paused = true)]

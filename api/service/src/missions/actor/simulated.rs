@@ -201,8 +201,7 @@ impl Simulated {
             metrics.plan(PlanFor::Simulated, &made.plan, made.solve_time);
         }
         let planned = |tick: Tick| Event::Planned(Box::new(tick.planned));
-        let events = ticks.into_iter().map(planned).chain(progress.end.take());
-        let events: Vec<_> = events.collect();
+        let events: Vec<_> = ticks.into_iter().map(planned).chain(progress.end.take()).collect();
         let checkpoint = plan.as_ref().map(|plan| Checkpoint::new(None, std::slice::from_ref(plan)));
         let stored = self.context.append(&events, key, checkpoint).await?;
         if stored.is_new {

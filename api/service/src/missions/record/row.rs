@@ -36,12 +36,8 @@ pub(super) struct RowContext {
 impl RowContext {
     /// Applies an event without rows.
     pub(super) fn apply(&mut self, event: &Event) {
-        self.timeline.apply(event);
-        if let Event::Planned(plan) = event {
-            for auv in plan.prediction.iter().flat_map(|prediction| &prediction.auvs) {
-                self.refused.insert(auv.id.clone(), auv.refused_t_s.clone());
-            }
-        }
+        let time = self.timeline.apply(event);
+        rows(0, time, event, &mut self.refused);
     }
 }
 
@@ -234,8 +230,7 @@ fn newly_refused<'a>(
     auv: &'a PredictedAuv,
     refused: &mut Refused,
 ) -> impl Iterator<Item = Row<'a>> + use<'a> {
-    let before = refused.insert(auv.id.clone(), auv.refused_t_s.clone());
-    let before = before.unwrap_or_default();
+    let before = refused.insert(auv.id.clone(), auv.refused_t_s.clone()).unwrap_or_default();
     let row = *row;
     let news = auv.refused_t_s.iter().filter(move |time| !before.contains(time));
     news.map(move |&time| Row { kind: Some("refused"), t_s: Some(time), vehicle: Some(&auv.id), ..row })

@@ -41,13 +41,28 @@ fn simulated_with_a_refused_fix() -> Vec<Event> {
         .collect()
 }
 
+/// Each craft of a fleet refuses a fix of its own AUV in all of its plans.
+fn fleet() -> Vec<Event> {
+    let mut made = made_live();
+    let Event::Created { mission, .. } = &mut made else { unreachable!("is made first") };
+    let craft = json!([{"id": "asc-1"}, {"id": "asc-2"}]);
+    mission.live.as_mut().expect("is live").surface_craft = serde_json::from_value(craft).expect("are craft");
+    let plan = |(t_s, id): (f64, &str)| {
+        let Event::Planned(mut plan) = planned_without(t_s, &[MADE]) else { unreachable!("is a plan") };
+        id.clone_into(&mut plan.prediction.as_mut().expect("has one").auvs[0].id);
+        Event::Planned(plan)
+    };
+    let plans = [3.0, 4.0, 5.0].into_iter().flat_map(|t_s| [(MADE + t_s, ODD), (MADE + t_s, "auv-2")]);
+    [made].into_iter().chain(plans.map(plan)).collect()
+}
+
 fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).expect("is text")
 }
 
 #[tokio::test(start_paused = true)]
 async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
-    for events in [rehearsal(), simulated_with_a_refused_fix()] {
+    for events in [rehearsal(), simulated_with_a_refused_fix(), fleet()] {
         let n = events.len() as u64;
         let logged = Logged::of(events).await;
         let csv =
@@ -69,7 +84,7 @@ async fn a_record_in_two_parts_is_the_whole_wherever_it_is_split() {
 
 #[tokio::test(start_paused = true)]
 async fn rows_of_selected_kinds_equal_those_of_the_whole() {
-    for events in [rehearsal(), simulated_with_a_refused_fix()] {
+    for events in [rehearsal(), simulated_with_a_refused_fix(), fleet()] {
         let n = events.len() as u64;
         let logged = Logged::of(events.clone()).await;
         let whole = table(&logged.written(RecordFormat::Csv));
