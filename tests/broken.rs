@@ -82,9 +82,7 @@ fn wrong_member(body: &str, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let members =
         value.pointer_mut(pick::<String>(rng, &found)).and_then(Value::as_object_mut).expect("is an object");
     let names: Vec<_> = members.keys().cloned().collect();
-    let Some(name) = names.choose(rng) else {
-        return b"{\"t_s\":1,\"t_s\":2}".to_vec();
-    };
+    let Some(name) = names.choose(rng) else { return b"{\"t_s\":1,\"t_s\":2}".to_vec() };
     let member = members.remove(name).expect("was just listed");
     match rng.random_range(0..3) {
         0 => {}

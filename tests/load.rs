@@ -104,9 +104,7 @@ impl Load {
         let apart = Duration::from_secs(1) / u32::try_from(missions.max(1))?;
         for _ in 0..missions {
             let next = Instant::now() + apart.max(APART_MIN);
-            let Some(id) = make(&mut connection, &self.shared).await? else {
-                return Ok(false);
-            };
+            let Some(id) = make(&mut connection, &self.shared).await? else { return Ok(false) };
             let flight =
                 Flight::new(self.address, self.ids.len(), id.clone(), self.vessels, self.shared.clone());
             self.ids.push(id);

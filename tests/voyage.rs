@@ -317,9 +317,7 @@ async fn suffer(
         if world.t_s() < next_s {
             continue;
         }
-        let Some((_, number, begins)) = changes.next() else {
-            continue;
-        };
+        let Some((_, number, begins)) = changes.next() else { continue };
         let fault = &faults[number];
         world.note("fault", format!("{} {}", if begins { "begins:" } else { "ends:" }, fault.kind));
         if begins && fault.kind.leaves_another() {

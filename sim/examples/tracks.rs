@@ -380,9 +380,7 @@ fn beliefs(missions: &[Flown]) -> String {
 
 /// Numbers of the chosen names, all if none is chosen.
 fn chosen(names: &[&str], argument: Option<&String>) -> Result<Vec<usize>, Failure> {
-    let Some(argument) = argument else {
-        return Ok((0..names.len()).collect());
-    };
+    let Some(argument) = argument else { return Ok((0..names.len()).collect()) };
     let number = |name: &str| {
         let found = names.iter().position(|known| *known == name);
         found.ok_or_else(|| format!("no {name:?}, only {}", names.join(", ")).into())

@@ -5,10 +5,9 @@
 //!     ▲                                   └─ calls ─► slots of the acoustic network
 //! ```
 //! Each craft has a [`Mission`] in a world of its own, which differs from the others by the craft
-//! alone: nothing that a craft does moves an AUV, but for ranges by which AUVs are localised, and
-//! those all worlds get from all craft. What the craft hear of the AUVs they tell each other at
-//! once. A dead craft is silent: it is planned for no more, and the others keep clear of the place
-//! where it was last heard.
+//! alone: a craft moves no AUV, but for ranges by which AUVs are localised, which all worlds get
+//! from all craft. What the craft hear of the AUVs they tell each other at once. The others keep
+//! clear of the place where a dead craft was last heard.
 
 use std::time::Instant;
 
@@ -67,8 +66,7 @@ pub struct FleetMission {
 }
 
 impl FleetMission {
-    /// The mission with `seed` from the `starts` of all craft of `scenario`, which the caller may
-    /// have changed. Plans are timed by `clock`.
+    /// The mission with `seed` from the `starts` of all craft of `scenario`. `clock` times plans.
     pub fn new(
         starts: Vec<Start>,
         scenario: &Scenario,

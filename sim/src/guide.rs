@@ -178,22 +178,16 @@ pub fn manoeuvre(plan: &Plan) -> Option<f64> {
 pub struct MpcGuide {
     parameters: Parameters,
     workspace: Workspace,
-    previous: Option<PreviousPlan>,
     last: Option<(Snapshot, Plan)>,
 }
 
 impl MpcGuide {
     /// The planner with `parameters`.
     pub fn new(parameters: Parameters) -> Self {
-        Self { parameters, workspace: Workspace::default(), previous: None, last: None }
+        Self { parameters, workspace: Workspace::default(), last: None }
     }
 
-    /// The last snapshot of the planner, with its previous plan.
-    pub fn asked(&self) -> Option<&Snapshot> {
-        self.last.as_ref().map(|(snapshot, _)| snapshot)
-    }
-
-    /// The last plan and its snapshot.
+    /// The last plan and its snapshot, which has the previous plan.
     pub fn planned(&self) -> Option<&(Snapshot, Plan)> {
         self.last.as_ref()
     }
@@ -205,14 +199,14 @@ impl Guide for MpcGuide {
     }
 
     fn craft_estimate(&self) -> Option<&CraftEstimate> {
-        self.asked().map(Snapshot::craft_estimate)
+        Some(self.planned()?.0.craft_estimate())
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let observation = PlanRequest { previous_plan: self.previous.take(), ..PlanRequest::clone(snapshot) };
+        let previous_plan = self.last.as_ref().map(|(_, plan)| PreviousPlan::from(plan));
+        let observation = PlanRequest { previous_plan, ..PlanRequest::clone(snapshot) };
         let snapshot = snapshot.again(observation)?;
         let plan = plan(&snapshot, &self.parameters, &mut self.workspace);
-        self.previous = Some(PreviousPlan::from(&plan));
         let guidance = Guidance::planned(&snapshot, &plan);
         self.last = Some((snapshot, plan));
         Ok(guidance)

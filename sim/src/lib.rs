@@ -1,8 +1,7 @@
 //! A simulator for guidance laws: vehicles, water, and missions from start to end.
 //!
 //! One frame throughout: local north-east-down, depth positive down; heading 0 at north, positive
-//! clockwise; SI and radians. Time is a count of steps, randomness a seed: the same scenario, guide
-//! and seed give the same record, to the byte.
+//! clockwise; SI and radians. The same scenario, guide and seed give the same record, to the byte.
 //!
 //! ```text
 //! scenario → world → observe → guide → reference → inner loops → hulls → world → record → metrics

@@ -113,8 +113,7 @@ pub struct VisitMetrics {
     pub deadlines_missed: usize,
 }
 
-/// Violations of the craft's limits and its scenario's bounds, by the true state. A name has the
-/// unit of the worst excess.
+/// Violations of limits and bounds, by the true state. A name has the unit of the worst excess.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Violations {
     /// Yaw rate beyond the largest turn rate.
@@ -404,8 +403,7 @@ fn slant_range(row: &Row, auv: &AuvRow) -> Option<f64> {
     ranges.reduce(f64::min)
 }
 
-/// Distance of `position` outside a convex area, m, from the line of its nearest side. Negative
-/// inside, 0 without an area.
+/// Distance of `position` outside a convex area, m; negative inside, 0 without an area.
 fn outside(area: &[Vector2<f64>], position: &Vector2<f64>) -> f64 {
     let n = area.len();
     if n < 3 {
@@ -433,9 +431,7 @@ impl AnswersByMethod {
 }
 
 fn time_in_range(record: &Record) -> BTreeMap<String, f64> {
-    let Some(range) = record.contact_range else {
-        return BTreeMap::new();
-    };
+    let Some(range) = record.contact_range else { return BTreeMap::new() };
     let is_near = |row: &Row, i: usize| slant_range(row, &row.auvs[i]).is_some_and(|by| by <= range);
     let seconds = |i: usize| {
         let near = record.rows.iter().filter(|row| is_near(row, i));

@@ -7,7 +7,7 @@ use planner::snapshot::{Goal, PlanRequest, Snapshot};
 
 use crate::{
     guide::{Guidance, Guide, GuideError},
-    observe::{Acoustics, Messages},
+    observe::{Acoustics, ReportedAs},
     record::{
         AuvReference, AuvRow, KnownAuv, KnownSurfaceCraft, NavigationRow, Record, Row, SurfaceCraftRow,
         VesselRow,
@@ -22,6 +22,7 @@ use crate::{
 mod goal;
 
 use goal::TrueGoal;
+pub use goal::in_turn;
 
 /// Inner-loop periods between two plans: one second.
 const PERIODS_PER_PLAN: u32 = 10;
@@ -34,8 +35,7 @@ const PATH_POINTS_MAX: u32 = 10_000;
 
 /// Runs `scenario` with `seed` to its end. `progress` receives the completed fraction.
 ///
-/// Without a surface craft, the guide is not called. Errors come from the scenario, the guide, or
-/// an observation outside the range of a snapshot.
+/// Without a surface craft, the guide is not called. Errors are of scenario, guide or snapshot.
 pub fn run(
     scenario: &Scenario,
     guide: &mut dyn Guide,
@@ -132,7 +132,7 @@ impl Mission {
     /// `true` if the craft measures ranges to the AUVs alone; their estimates are then judged.
     fn is_ranged(&self) -> bool {
         let observer = self.start.observer.as_ref();
-        observer.is_some_and(|observer| matches!(observer.briefing.messages, Messages::Ranges { .. }))
+        observer.is_some_and(|observer| observer.briefing.reported_as == ReportedAs::Ranges)
     }
 
     /// What [`Self::observe`] makes a snapshot of.

@@ -17,6 +17,8 @@ use planner::{
     },
     tuned::Tuned,
 };
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::{
     record::Bounds,
@@ -28,10 +30,10 @@ mod ais;
 mod noise;
 mod sensors;
 
-pub use acoustics::{Acoustics, AcousticsSetup, Fix, MessageCounts, Telemetry};
+pub use acoustics::{Acoustics, AcousticsSetup, Fix, Telemetry};
 pub use ais::{Ais, AisSetup};
 pub(crate) use noise::normal_pair;
-pub use sensors::{SensorSetup, SurfaceSensors, SurfaceTruth};
+pub use sensors::{SensorSetup, SurfaceSensors};
 
 /// Largest number of reports kept of a vehicle, the newest: five minutes at one every ten seconds.
 const REPORTS_KEPT: usize = 32;
@@ -65,26 +67,26 @@ pub struct Briefing {
     pub paths: bool,
     /// Forecast of underwater vehicles that snapshots ask for.
     pub forecast: Forecast,
-    /// Content of the messages in snapshots.
-    pub messages: Messages,
+    /// Form of the messages in snapshots.
+    pub reported_as: ReportedAs,
+    /// `true`: reports have course, speed and rate of turn.
+    pub course_and_speed: bool,
     /// Its bounds. Snapshots do not contain the energy.
     pub bounds: Bounds,
 }
 
-/// Content of an underwater vehicle's messages in a snapshot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Messages {
-    /// The newest one, as a state.
-    NewestAsState,
-    /// All, as reports.
+/// Form of an underwater vehicle's messages in a snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ReportedAs {
+    /// `reports`: every message of the last five minutes.
+    #[default]
     Reports,
-    /// All, as reports without course, speed and rate of turn.
-    Positions,
-    /// All, as ranges, with course, speed and rate of turn or without.
-    Ranges {
-        /// `true`: with them.
-        course_and_speed: bool,
-    },
+    /// `state`: the newest message, as if it were exact.
+    State,
+    /// `reports` of slant ranges, by a modem without bearings. The first is measured at the start:
+    /// the craft does not know where the vehicle was launched. Outliers are longer, never shorter.
+    Ranges,
 }
 
 /// The surface craft's sensors and modem, and their data so far.
@@ -107,8 +109,7 @@ pub struct Observer {
     fixes: Vec<Fix>,
 }
 
-/// Messages of an underwater vehicle in the order of transmission, at least one. Perfect
-/// communication keeps one: the truth.
+/// Messages of an underwater vehicle as sent, at least one: the truth, if communication is perfect.
 #[derive(Clone, Debug)]
 struct Received {
     messages: Vec<Message>,
@@ -213,17 +214,16 @@ impl Observer {
             self.receive_every_state(world);
         }
         let current = world.water.current(&craft.position(), 0.0);
-        let truth = SurfaceTruth::of(craft, current);
-        let asc = self.sensors.measure(&truth, world.faults.gnss_works(time), interval);
+        let asc = self.sensors.measure(craft, &current, world.faults.gnss_works(time), interval);
         self.own_error = asc.position() - craft.position();
         let clock = time + world.faults.clock_offset(time);
         let briefing = &self.briefing;
-        let as_state = self.acoustics.is_none() || briefing.messages == Messages::NewestAsState;
+        let as_state = self.acoustics.is_none() || briefing.reported_as == ReportedAs::State;
         let auv = |(received, auv): (&Received, &SimulatedAuv)| {
             let known = if as_state {
                 Auv::new(auv.id.clone(), received.state(clock))
             } else {
-                Auv::reported(auv.id.clone(), received.reports(clock, briefing.messages))
+                Auv::reported(auv.id.clone(), received.reports(clock, briefing))
             };
             let declares_none = auv.track.is_some() && Arc::ptr_eq(&auv.declared, &auv.path);
             if !briefing.paths || declares_none {
@@ -259,11 +259,6 @@ impl Observer {
                 Task { goal: briefing.goal.clone(), offset: briefing.offset },
             )
         }
-    }
-
-    /// The counts of messages, with acoustics.
-    pub fn counts(&self) -> Option<MessageCounts> {
-        self.acoustics.as_ref().map(Acoustics::counts)
     }
 
     /// Perfect communication, except with silent vehicles.
@@ -319,26 +314,24 @@ impl Received {
     }
 
     /// All messages as reports, at time `clock` of the surface craft.
-    fn reports(&self, clock: f64, messages: Messages) -> Vec<Report> {
-        let course_and_speed =
-            matches!(messages, Messages::Reports | Messages::Ranges { course_and_speed: true });
+    fn reports(&self, clock: f64, briefing: &Briefing) -> Vec<Report> {
         let measured = |message: &Message| {
             let (at, (range, from)) = (message.sent_at.min(clock), message.range);
             let sigma = message.sigma.clamp(REPORT_SIGMA_MIN, REPORT_SIGMA_MAX);
-            match messages {
-                Messages::Ranges { .. } => Report::ranged(at, range, Some(from), sigma),
-                _ => Report::new(at, message.telemetry.position, sigma),
+            match briefing.reported_as {
+                ReportedAs::Ranges => Report::ranged(at, range, Some(from), sigma),
+                ReportedAs::Reports | ReportedAs::State => Report::new(at, message.telemetry.position, sigma),
             }
         };
-        let report =
-            |message: &Message| Report {
-                depth_m: Some(message.telemetry.depth),
-                turn_rate_radps: course_and_speed.then_some(message.telemetry.turn_rate),
-                ..measured(message).with_ground_track(course_and_speed.then_some(GroundTrack {
-                    course: message.telemetry.course,
-                    speed: message.telemetry.speed,
-                }))
-            };
+        let report = |message: &Message| {
+            let Telemetry { depth, course, speed, turn_rate, .. } = message.telemetry;
+            let track = briefing.course_and_speed.then_some(GroundTrack { course, speed });
+            Report {
+                depth_m: Some(depth),
+                turn_rate_radps: track.map(|_| turn_rate),
+                ..measured(message).with_ground_track(track)
+            }
+        };
         self.messages.iter().map(report).collect()
     }
 }
@@ -376,8 +369,7 @@ fn telemetry_of(auv: &SimulatedAuv, world: &World) -> Telemetry {
     }
 }
 
-/// The path that an AUV declares at a horizontal `speed`, m/s. A plan of way-points does not
-/// contain its vehicle's turning radius.
+/// The path that an AUV declares at a horizontal `speed`, m/s, without its turning radius.
 fn known_path(auv: &SimulatedAuv, speed: f64) -> DeclaredPath {
     let mut path = DeclaredPath::new(&auv.declared, speed);
     for segment in &mut path.segments {

@@ -132,9 +132,7 @@ impl OwnNavigation {
                 let sigma = self.goal.sigma_m.hypot(self.goal.sigma_rad * range);
                 let innovation = noise * sigma - is.navigation_error;
                 let variance = *covariance + Matrix2::identity() * sigma.powi(2);
-                let Some(inverse) = variance.try_inverse() else {
-                    return;
-                };
+                let Some(inverse) = variance.try_inverse() else { return };
                 let gain = *covariance * inverse;
                 *covariance -= gain * *covariance;
                 gain * innovation

@@ -35,8 +35,7 @@ pub struct Record {
     pub contact_range: Option<f64>,
     /// Declared limits of the surface craft, if there is one.
     pub limits: Option<Limits>,
-    /// Names and limits of several surface craft, of which the first is that of the other members;
-    /// empty for one.
+    /// Names and limits of several surface craft, the first as in the other members; empty for one.
     pub fleet: Vec<FleetCraft>,
     /// Physical limits of the surface craft, if known.
     pub plant: Option<Plant>,

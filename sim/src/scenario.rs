@@ -1,7 +1,6 @@
 //! Scenario files, some of them built in.
 //!
-//! A scenario file is TOML with the shape of [`Scenario`]. Any number in it may be a distribution;
-//! [`Scenario::start`] draws from them with a seed.
+//! TOML of the shape of [`Scenario`]. Any number may be a distribution, which each seed draws.
 
 use std::{collections::BTreeMap, io, path::Path};
 
@@ -165,8 +164,7 @@ impl Scenario {
         })
     }
 
-    /// The texts of the files that it names, by name, for [`Files::kept`]. An error if one of them
-    /// cannot be read or is not text.
+    /// The texts of the files that it names, by name, for [`Files::kept`].
     pub fn texts_beside(&self) -> Result<BTreeMap<String, String>, UnreadableFile> {
         let grid = match &self.water.current {
             Some(CurrentFile::Grid { file }) => Some(file),
@@ -229,8 +227,7 @@ impl Scenario {
         !self.surface_craft.is_empty()
     }
 
-    /// `true` if there are several surface craft, which [`crate::fleet`] flies. All else flies the
-    /// first of them alone.
+    /// `true` with several surface craft, for [`crate::fleet`]; all else flies the first alone.
     pub fn has_fleet(&self) -> bool {
         1 < self.surface_craft.len()
     }
@@ -241,9 +238,7 @@ const NUMBERS_BY_AUV: [Range; 3] = [("weights", WEIGHT), ("serve_by_s", TIME), (
 
 /// The schemas of a member of a shape, or of each of its kinds that has it.
 fn members<'a>(schema: &'a mut Value, shape: &str, member: &str) -> Vec<&'a mut Value> {
-    let Some(shape) = schema.pointer_mut(&format!("/$defs/{shape}")) else {
-        return vec![];
-    };
+    let Some(shape) = schema.pointer_mut(&format!("/$defs/{shape}")) else { return vec![] };
     let objects = if shape.get("oneOf").is_some() {
         let kinds = shape["oneOf"].as_array_mut().into_iter().flatten();
         let named = kinds.filter_map(|kind| kind.get_mut("properties")?.as_object_mut());

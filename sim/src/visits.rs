@@ -1,5 +1,4 @@
-//! The cost of each unserved AUV, advanced step by step: the truth by which visits are judged, and
-//! the basis of comparison rules.
+//! The true cost of each unserved AUV, advanced step by step: the basis of scores and rules.
 //!
 //! The planner has closed forms for whole visits instead.
 
@@ -104,8 +103,7 @@ impl Costs {
     }
 }
 
-/// R T at a slant range, m: variance of a fix times their interval, m² s; of ranges, twice that
-/// along either axis, on an arc.
+/// R T at a slant range, m: variance of a fix times interval, m² s; of ranges twice, on an arc.
 fn fix_noise(cost: &VisitCost, range: f64) -> f64 {
     match *cost {
         VisitCost::Uncertainty { fixes: Fixes::Range, sigma_m, interval_s, .. } => {

@@ -495,9 +495,7 @@ impl<'a> Forward<'a> {
     /// AUV down at one end, the distance to keep goes linearly from or to −1 m.
     fn too_near_a_surfaced_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
         let scene = self.scene;
-        let Some(separation) = scene.surfacing_separation_m else {
-            return 0.0;
-        };
+        let Some(separation) = scene.surfacing_separation_m else { return 0.0 };
         let end = begin + step;
         self.auvs
             .iter()

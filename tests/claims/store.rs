@@ -676,9 +676,7 @@ async fn a_store_moves_to_a_database_and_back() {
 
 #[test]
 fn connections_are_encrypted_to_a_server_with_a_trusted_certificate() {
-    let Some((url, authority)) = database().zip(authority()) else {
-        return;
-    };
+    let Some((url, authority)) = database().zip(authority()) else { return };
     let verified_by = |file: &str| {
         let url = format!("{url}?sslmode=verify-full&sslrootcert={file}");
         EventStore::open_database(&url, None, u64::MAX, &Clock::machine())

@@ -321,9 +321,7 @@ impl Host {
 
     /// Notes a client's knowledge from an answer.
     fn learn(&self, request: &Request, body: &[u8]) {
-        let Ok(answer) = serde_json::from_slice::<Value>(body) else {
-            return;
-        };
+        let Ok(answer) = serde_json::from_slice::<Value>(body) else { return };
         let mut state = lock(&self.state);
         if request.path == "/v1/missions" && request.body.is_some() {
             let id = answer["id"].as_str().expect("a mission has an id").to_owned();
@@ -332,9 +330,7 @@ impl Host {
             let otherwise = || format!("{before}, then {id}");
             return self.world.claim("one mission", before == id, otherwise);
         }
-        let Some(sequence) = answer["sequence"].as_u64() else {
-            return;
-        };
+        let Some(sequence) = answer["sequence"].as_u64() else { return };
         if request.path.contains("/reference") {
             state.known_last = state.known_last.max(sequence);
             state.seen.insert(sequence, answer["plan"]["reference"].clone());

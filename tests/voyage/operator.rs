@@ -36,9 +36,7 @@ impl Operator {
         loop {
             let wait_s = self.rng.random_range(4.0..25.0);
             self.world.aboard.sleep(Duration::from_secs_f64(wait_s)).await;
-            let Some(mission) = self.host.mission() else {
-                continue;
-            };
+            let Some(mission) = self.host.mission() else { continue };
             let Course { is_nominal, only, .. } = self.world.course;
             if !is_nominal && only.is_none() && self.rng.random_bool(PAUSES) {
                 let begins_s = self.world.t_s();

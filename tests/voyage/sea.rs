@@ -556,9 +556,7 @@ impl Sea {
         if !path.contains("/reference") || status != 200 {
             return;
         }
-        let Ok(answer) = serde_json::from_slice::<Value>(body) else {
-            return;
-        };
+        let Ok(answer) = serde_json::from_slice::<Value>(body) else { return };
         let t_s = self.world.t_s();
         let known = &mut lock(&self.state).known;
         let sequence = answer["sequence"].as_u64().unwrap_or(0);

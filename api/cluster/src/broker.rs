@@ -171,8 +171,7 @@ impl Broker {
         Ok(Self { clock: clock.clone(), jetstream: context.build(client) })
     }
 
-    /// Connects as soon as the broker answers, and reports failed attempts. Returns errors that
-    /// waiting does not mend, such as a wrong password.
+    /// Connects as soon as the broker answers. Returns errors that waiting does not mend.
     pub async fn connect_when_ready(
         access: &Access,
         name: &str,
@@ -326,8 +325,7 @@ pub(crate) async fn store(bucket: &ObjectStore, name: &str, bytes: &[u8]) -> Res
     stored.map(drop).map_err(failed(format!("store {name}")))
 }
 
-/// Names of the objects of a bucket. The answering server may lag: the list is complete up to some
-/// moment, and may lack later objects.
+/// Names of the objects of a bucket. The answering server may lag: later ones may be missing.
 pub(crate) async fn names(bucket: &ObjectStore, clock: &Clock) -> Result<Vec<String>, ClusterError> {
     const WHAT: &str = "list what is done";
     let names = async {

@@ -5,12 +5,10 @@
 //!        └─ work ─────▶ work queue ─▶ workers       last gains of a case ─▶ work: its chunks
 //! collect ◀── gains, rows ── bucket
 //! ```
-//! A piece of work is acknowledged after its result is stored: if a worker dies, the broker sends
-//! its work to another. Stored work is not repeated. Every machine gives the same rows, except for
-//! measured times, so that duplicates are harmless.
+//! Work is acknowledged after its result is stored: if a worker dies, another gets its work. Every
+//! machine gives the same rows, but for measured times: duplicates are harmless.
 //!
-//! [`broker`] is the connection and its names; [`mod@submit`], [`worker`] and [`mod@collect`] are
-//! the three programs.
+//! [`broker`] is the connection; [`mod@submit`], [`worker`] and [`mod@collect`] are the programs.
 
 pub mod broker;
 pub mod collect;

@@ -18,8 +18,7 @@ pub struct Submitted {
     pub done: usize,
 }
 
-/// Sends the unfinished work of `campaign`, with copies on `replicas` servers, and retries work
-/// that was given up. Sending it twice is harmless.
+/// Sends the unfinished work of `campaign`, also work that was given up; again is harmless.
 pub async fn submit(
     broker: &Broker,
     campaign: &Campaign,

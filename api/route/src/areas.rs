@@ -6,7 +6,7 @@ use serde_json::Value;
 use crate::file::text_of;
 use crate::json::{extend, feature, features, located, parsed};
 use crate::progress::Progress;
-use crate::route::{Route, RoutePoint, Unread};
+use crate::route::{Route, RoutePoint, Unread, refused};
 
 /// An area of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +48,7 @@ fn polygons(json: Value, mut progress: Progress<'_>) -> Result<Vec<Area>, Unread
                     area(&format!("{at}/{k}"), polygon)?;
                 }
             }
-            _ => return Err(Unread::new(place, "is no polygon; draw round it, or take it out")),
+            _ => return refused(place, "is no polygon; draw round it, or take it out"),
         }
     }
     Ok(areas)

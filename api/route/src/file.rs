@@ -7,7 +7,7 @@ use crate::xml;
 use crate::{
     json,
     progress::{BYTES_MAX, Progress},
-    route::{Route, Unread},
+    route::{Route, Unread, refused},
     text,
 };
 
@@ -19,8 +19,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Route>, Unread> {
 /// The text of `bytes`, if these are not too many.
 pub(crate) fn text_of(bytes: &[u8]) -> Result<Cow<'_, str>, Unread> {
     if BYTES_MAX < bytes.len() {
-        let fault = format!("has {} bytes, {BYTES_MAX} are read", bytes.len());
-        return Err(Unread::new("file", fault));
+        return refused("file", format!("has {} bytes, {BYTES_MAX} are read", bytes.len()));
     }
     Ok(decoded(bytes))
 }
@@ -37,13 +36,13 @@ pub fn read_until(bytes: &[u8], due: &dyn Fn() -> bool) -> Result<Vec<Route>, Un
     };
     let text = text_of(bytes)?;
     let routes = match text.trim_start().as_bytes() {
-        [] => return Err(Unread::new("file", "is empty")),
+        [] => return refused("file", "is empty"),
         [b'<', ..] => xml::routes(&text, progress)?,
         [b'{' | b'[', ..] => json::routes(&text, progress)?,
         _ => text::routes(&text, progress)?,
     };
     if routes.is_empty() {
-        return Err(Unread::new("file", "has no route, track, line or way-points"));
+        return refused("file", "has no route, track, line or way-points");
     }
     Ok(routes)
 }
@@ -66,16 +65,16 @@ fn decoded(bytes: &[u8]) -> Cow<'_, str> {
 /// Stands for the reader of XML in a program that is built without it.
 #[cfg(not(feature = "xml"))]
 mod xml {
-    use super::{Progress, Route, Unread};
+    use super::{Progress, Route, Unread, refused};
 
     const LEFT_OUT: &str =
         "this program is built without KML, KMZ, GPX and RTZ: cargo build --release --features xml-routes";
 
     pub(super) fn unpacked(_bytes: &[u8], _progress: &Progress<'_>) -> Result<Vec<u8>, Unread> {
-        Err(Unread::new("file", LEFT_OUT))
+        refused("file", LEFT_OUT)
     }
 
     pub(super) fn routes(_text: &str, _progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
-        Err(Unread::new("file", LEFT_OUT))
+        refused("file", LEFT_OUT)
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, value::RawValue};
 
 use crate::mission::Mission;
 use crate::progress::{BYTES_MAX, Progress};
-use crate::route::{HOLES, NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, shortened};
+use crate::route::{HOLES, NAMES_TOLD, Route, RoutePoint, Unread, lines_in, number, refused, shortened};
 
 /// Most memory for the values of a file, bytes: four times the largest file.
 const VALUES_BYTES_MAX: usize = 4 * BYTES_MAX;
@@ -51,7 +51,7 @@ fn weigh(text: &str) -> Result<(), Unread> {
             let fault = format!(
                 "has more lists and members until here than {VALUES_BYTES_MAX} bytes hold; thin it out"
             );
-            return Err(Unread::new(place, fault));
+            return refused(place, fault);
         }
     }
     Ok(())
@@ -82,14 +82,13 @@ pub(crate) fn located(text: &str, pointer: &str) -> String {
 pub(crate) fn features(mut value: Value) -> Result<Vec<(String, Value)>, Unread> {
     let crs = value["crs"].to_string();
     if crs.contains("EPSG") && !crs.contains("4326") {
-        let fault = "is not WGS 84; export it in longitude and latitude";
-        return Err(Unread::new("/crs", fault));
+        return refused("/crs", "is not WGS 84; export it in longitude and latitude");
     }
     if value["type"] != "FeatureCollection" {
         return Ok(vec![(String::new(), value)]);
     }
     let Value::Array(items) = value["features"].take() else {
-        return Err(Unread::new("/features", "is no list"));
+        return refused("/features", "is no list");
     };
     let feature = |(k, item)| (format!("/features/{k}"), item);
     Ok(items.into_iter().enumerate().map(feature).collect())
@@ -104,7 +103,7 @@ pub(crate) fn feature(item: Value, place: String) -> Result<(Feature, String), U
     match serde_json::from_value(item).map_err(no_geojson)? {
         GeoJson::Feature(feature) => Ok((feature, format!("{place}/geometry"))),
         GeoJson::Geometry(geometry) => Ok((Feature::from(geometry), place)),
-        GeoJson::FeatureCollection(_) => Err(Unread::new(place, "is a collection inside another")),
+        GeoJson::FeatureCollection(_) => refused(place, "is a collection inside another"),
     }
 }
 
@@ -146,8 +145,7 @@ fn geojson(value: Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unre
                 }
             }
             Some(GeometryValue::MultiPolygon { .. } | GeometryValue::GeometryCollection { .. }) => {
-                let fault = "is of many areas or kinds; keep one line or one area";
-                return Err(Unread::new(place, fault));
+                return refused(place, "is of many areas or kinds; keep one line or one area");
             }
             None => continue,
         }
@@ -172,7 +170,7 @@ fn stated(place: &str, feature: &Feature, wanted: &str) -> Result<Option<f64>, U
         None | Some(Value::Null) => Ok(None),
         Some(Value::String(text)) => number(&place(), text).map(Some),
         Some(given) => match given.as_f64() {
-            None => Err(Unread::new(place(), "is no number")),
+            None => refused(place(), "is no number"),
             number => Ok(number),
         },
     }
@@ -204,13 +202,13 @@ pub(crate) fn extend(
 fn position(place: &str, at: &Position) -> Result<RoutePoint, Unread> {
     match at.as_slice() {
         [lon, lat, rest @ ..] => RoutePoint::on_earth(place, *lat, *lon, rest.first().copied()),
-        _ => Err(Unread::new(place, "needs a longitude and a latitude")),
+        _ => refused(place, "needs a longitude and a latitude"),
     }
 }
 
 fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
     let Some(items) = value["mission"]["items"].as_array() else {
-        return Err(Unread::new("/mission/items", "is missing"));
+        return refused("/mission/items", "is missing");
     };
     // `cruiseSpeed` is the ground station's assumption for durations, not the vehicle's speed.
     let mut mission = Mission::default();
@@ -228,7 +226,7 @@ fn plan(value: &Value, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread
             _ => {
                 let fault =
                     "is a pattern without its way-points; save the plan again, or draw it as way-points";
-                return Err(Unread::new(place, fault));
+                return refused(place, fault);
             }
         }
     }

@@ -3,10 +3,9 @@
 use std::mem;
 
 use crate::progress::Progress;
-use crate::route::{Route, RoutePoint, Unread};
+use crate::route::{Route, RoutePoint, Unread, refused};
 
-/// Commands that go to a position: way-point, loiter (without end, turns, time), land, take-off,
-/// spline way-point. Source: MAVLink, MAV_CMD.
+/// Commands that go to a position: way-points, loiter, land, take-off. Source: MAVLink, MAV_CMD.
 const GO_TO: [u64; 7] = [16, 17, 18, 19, 21, 22, 82];
 /// Commands that no vehicle in the water carries out: land, take-off.
 const FLIES: [u64; 2] = [21, 22];
@@ -77,7 +76,7 @@ impl Mission {
                 point.speed_mps = self.speed;
                 progress.point(&mut self.route, place, point)?;
             }
-            _ if GO_TO.contains(&command) => return Err(Unread::new(place, "has no position")),
+            _ if GO_TO.contains(&command) => return refused(place, "has no position"),
             _ => {}
         }
         Ok(())
@@ -93,8 +92,7 @@ impl Mission {
         let items = mem::take(&mut self.items);
         let at = items.iter().position(|item| Some(item.number as f64) == to);
         let (Some(at), Some(times)) = (at, times) else {
-            let fault = "jumps to no item between the jump before and itself; write its legs out";
-            return Err(Unread::new(place, fault));
+            return refused(place, "jumps to no item between the jump before and itself; write its legs out");
         };
         let (from, until) = (items[at].n_points, self.route.points.len());
         if times < 0.0 {

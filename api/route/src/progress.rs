@@ -2,7 +2,7 @@
 
 use std::io::{self, Read};
 
-use crate::route::{POINTS_MAX, Route, RoutePoint, Unread};
+use crate::route::{POINTS_MAX, Route, RoutePoint, Unread, refused};
 
 /// Largest file, also unpacked, bytes: a day's track. Reading takes at most eight times this.
 pub const BYTES_MAX: usize = 8 << 20;
@@ -14,8 +14,7 @@ const COLUMNS_MAX: usize = 256;
 /// Calls of [`Progress::look`] for each look at the time.
 const LOOKS: usize = 256;
 
-/// The contents so far, and the time limit. Readers report everything that they keep, so that a
-/// file takes no more memory than its limits allow.
+/// The contents so far, and the time limit. Readers report everything that they keep.
 pub(crate) struct Progress<'a> {
     due: &'a dyn Fn() -> bool,
     looks: usize,
@@ -32,7 +31,7 @@ impl<'a> Progress<'a> {
     pub(crate) fn look(&mut self, place: &str) -> Result<(), Unread> {
         self.looks += 1;
         if self.looks.is_multiple_of(LOOKS) && (self.due)() {
-            return Err(Unread::new(place, "there is no time to read on"));
+            return refused(place, "there is no time to read on");
         }
         Ok(())
     }
@@ -42,8 +41,7 @@ impl<'a> Progress<'a> {
         self.look(place)?;
         self.points += 1;
         if POINTS_MAX < self.points {
-            let fault = format!("has more than {POINTS_MAX} points until here; thin it out");
-            return Err(Unread::new(place, fault));
+            return refused(place, format!("has more than {POINTS_MAX} points until here; thin it out"));
         }
         route.points.push(point);
         Ok(())
@@ -56,8 +54,7 @@ impl<'a> Progress<'a> {
         }
         self.routes += 1;
         if ROUTES_MAX < self.routes {
-            let fault = format!("has more than {ROUTES_MAX} routes until here; join or split it");
-            return Err(Unread::new(place, fault));
+            return refused(place, format!("has more than {ROUTES_MAX} routes until here; join or split it"));
         }
         routes.push(route);
         Ok(())
@@ -70,7 +67,7 @@ impl<'a> Progress<'a> {
             let columns = 1 + line.bytes().filter(|byte| *byte == delimiter).count();
             if COLUMNS_MAX < columns {
                 let fault = format!("has {columns} columns, at most {COLUMNS_MAX} are read");
-                return Err(Unread::new(format!("line {}", k + 1), fault));
+                return refused(format!("line {}", k + 1), fault);
             }
         }
         Ok(())

@@ -70,6 +70,11 @@ impl Unread {
     }
 }
 
+/// Refuses a file for the fault at a place.
+pub(crate) fn refused<T>(place: impl Into<String>, fault: impl Into<String>) -> Result<T, Unread> {
+    Err(Unread::new(place, fault))
+}
+
 impl Route {
     /// The first speed of its points, m/s.
     pub fn speed_mps(&self) -> Option<f64> {
@@ -134,7 +139,7 @@ impl RoutePoint {
             let fault = format!(
                 "latitude {lat}, longitude {lon} is not on Earth; check their order and that they are degrees"
             );
-            return Err(Unread::new(place, fault));
+            return refused(place, fault);
         }
         let below = height.filter(|height| *height < 0.0 && height.is_finite());
         Ok(Self { depth_m: below.map(|height| -height), ..Self::at(Place::Earth { lat_deg, lon_deg }) })
@@ -145,7 +150,7 @@ impl RoutePoint {
             return Ok(Self::at(Place::Local([north_m, east_m])));
         }
         let fault = format!("north {north_m}, east {east_m} is no position");
-        Err(Unread::new(place, fault))
+        refused(place, fault)
     }
 
     fn at(place: Place) -> Self {

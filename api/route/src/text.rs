@@ -5,7 +5,7 @@ use std::{f64::consts::FRAC_PI_2, mem};
 use crate::lawnmower::NoLanes;
 use crate::mission::Mission;
 use crate::progress::Progress;
-use crate::route::{POINTS_MAX, Route, RoutePoint, Unread, number, shortened};
+use crate::route::{POINTS_MAX, Route, RoutePoint, Unread, number, refused, shortened};
 
 pub(crate) fn routes(text: &str, mut progress: Progress<'_>) -> Result<Vec<Route>, Unread> {
     if text.trim_start().starts_with("QGC WPL") {
@@ -56,7 +56,7 @@ fn wpl_item((k, line): (usize, &str)) -> Result<(String, [f64; WPL_COLUMNS]), Un
     let place = format!("line {}", k + 1);
     let n = line.split_whitespace().count();
     if n != WPL_COLUMNS {
-        return Err(Unread::new(place, format!("has {n} columns, not {WPL_COLUMNS}")));
+        return refused(place, format!("has {n} columns, not {WPL_COLUMNS}"));
     }
     let mut item = [0.0; WPL_COLUMNS];
     for (number, text) in item.iter_mut().zip(line.split_whitespace()) {
@@ -185,8 +185,7 @@ fn points(progress: &mut Progress<'_>, route: &mut Route, place: &str, list: &st
     for pair in list.split(':').map(str::trim).filter(|pair| !pair.is_empty()) {
         let mut parts = pair.split(',').map(str::trim);
         let (Some(x), Some(y)) = (parts.next(), parts.next()) else {
-            let fault = format!("{:?} is no x,y of MOOS", shortened(pair));
-            return Err(Unread::new(place, fault));
+            return refused(place, format!("{:?} is no x,y of MOOS", shortened(pair)));
         };
         if x == "label" {
             y.clone_into(&mut route.name);
@@ -208,13 +207,11 @@ fn member<'t>(text: &'t str, wanted: &str) -> Option<&'t str> {
 /// Part of a lane that gets no lane: it is within rounding.
 const LANE_ROUNDING: f64 = 1e-5;
 
-/// `format=lawnmower`: lanes from edge to edge of a rectangle about a centre, turned clockwise by
-/// `degs`, from the corner nearest to the start.
+/// `format=lawnmower`: lanes over a turned rectangle, from the corner nearest to the start.
 fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route, Unread> {
     let format = member(text, "format").unwrap_or_default();
     if format != "lawnmower" {
-        let fault = format!("format={} is not read; write its points out", shortened(format));
-        return Err(Unread::new(place, fault));
+        return refused(place, format!("format={} is not read; write its points out", shortened(format)));
     }
     let given = |wanted: &str| member(text, wanted).map(|text| number(place, text)).transpose();
     let needed = |wanted: &str| {
@@ -233,7 +230,7 @@ fn pattern(progress: &mut Progress<'_>, place: &str, text: &str) -> Result<Route
     let n_lanes = (across / spacing - LANE_ROUNDING).ceil() + 1.0;
     let n_lanes_max = POINTS_MAX as f64 / 2.0;
     if !(0.0 < spacing && 1.0 <= n_lanes && n_lanes <= n_lanes_max) {
-        return Err(Unread::new(place, NoLanes::Spacing(spacing).to_string()));
+        return refused(place, NoLanes::Spacing(spacing).to_string());
     }
     let (sin, cos) = heading.sin_cos();
     // A corner: half a length ahead of the middle or behind it, this far to port.
@@ -286,7 +283,7 @@ fn csv(text: &str, progress: &mut Progress<'_>) -> Result<Vec<Route>, Unread> {
         _ => {
             let fault =
                 "needs the columns lat and lon, or north_m and east_m (tools differ in what x and y are)";
-            return Err(Unread::new("line 1", fault));
+            return refused("line 1", fault);
         }
     };
     let depth = column(&["depth", "depth_m"]);

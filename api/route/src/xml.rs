@@ -1,5 +1,4 @@
-//! KML, GPX and RTZ: elements by their local names, at any depth. Only `&amp;` and character
-//! references are resolved, so that no text grows.
+//! KML, GPX and RTZ: elements by local name, at any depth. No entity makes a text grow.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read as _};
@@ -8,7 +7,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
 use crate::progress::{BYTES_MAX, Progress};
-use crate::route::{HOLES, Route, RoutePoint, Unread, lines_in, number, shortened};
+use crate::route::{HOLES, Route, RoutePoint, Unread, lines_in, number, refused, shortened};
 
 const DEPTH_MAX: usize = 64;
 
@@ -31,7 +30,7 @@ pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>,
     let mut names: Vec<String> = names.filter(is_kml).map(Cow::into_owned).collect();
     let main = names.iter().position(|name| name == "doc.kml").unwrap_or(0);
     if names.is_empty() {
-        return Err(Unread::new("ZIP archive", "has no .kml file"));
+        return refused("ZIP archive", "has no .kml file");
     }
     let name = names.swap_remove(main);
     let file = archive.by_name(&name).map_err(|error| broken(&error))?;
@@ -40,8 +39,7 @@ pub(crate) fn unpacked(bytes: &[u8], progress: &Progress<'_>) -> Result<Vec<u8>,
     let limit = u64::try_from(BYTES_MAX).expect("8 MiB fit") + 1;
     progress.watched(file).take(limit).read_to_end(&mut unpacked).map_err(|error| broken(&error))?;
     if BYTES_MAX < unpacked.len() {
-        let fault = format!("is larger than {BYTES_MAX} bytes when unpacked");
-        return Err(Unread::new(name, fault));
+        return refused(name, format!("is larger than {BYTES_MAX} bytes when unpacked"));
     }
     Ok(unpacked)
 }
@@ -69,8 +67,7 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
             Event::Start(element) => {
                 found.begin(&element)?;
                 if DEPTH_MAX < found.open.len() {
-                    let fault = format!("more than {DEPTH_MAX} elements in each other");
-                    return Err(Unread::new(found.place(), fault));
+                    return refused(found.place(), format!("more than {DEPTH_MAX} elements in each other"));
                 }
             }
             Event::Empty(element) => {
@@ -91,7 +88,7 @@ pub(crate) fn routes(text: &str, progress: Progress<'_>) -> Result<Vec<Route>, U
             Event::Eof => {
                 let open = found.open.last().map_or("", String::as_str);
                 let fault = format!("the file ends inside <{}>; is it whole?", shortened(open));
-                return Err(Unread::new(found.place(), fault));
+                return refused(found.place(), fault);
             }
             Event::Comment(_) | Event::Decl(_) | Event::PI(_) | Event::DocType(_) => {}
         }
@@ -135,8 +132,7 @@ impl Found<'_> {
         let place = self.place();
         if TAG_BYTES_MAX < element.len() {
             let n = element.len();
-            let fault = format!("has a tag of {n} bytes, at most {TAG_BYTES_MAX} are read");
-            return Err(Unread::new(place, fault));
+            return refused(place, format!("has a tag of {n} bytes, at most {TAG_BYTES_MAX} are read"));
         }
         let name = String::from_utf8_lossy(element.local_name().as_ref()).into_owned();
         let text = |wanted: &str| {
@@ -148,7 +144,7 @@ impl Found<'_> {
         };
         let value = |wanted: &str| text(wanted).map(|text| number(&place, &text)).transpose();
         let scaled = |wanted: &str, unit: f64| match value(wanted)?.map(|given| given * unit) {
-            Some(given) if given.is_infinite() => Err(Unread::new(&*place, format!("{wanted} is too large"))),
+            Some(given) if given.is_infinite() => refused(&*place, format!("{wanted} is too large")),
             given => Ok(given.filter(|given| 0.0 < *given)),
         };
         self.text.clear();
@@ -189,9 +185,7 @@ impl Found<'_> {
     }
 
     fn end(&mut self) -> Result<(), Unread> {
-        let Some(name) = self.open.pop() else {
-            return Ok(());
-        };
+        let Some(name) = self.open.pop() else { return Ok(()) };
         let text = std::mem::take(&mut self.text);
         let parent = self.open.last().map_or("", String::as_str);
         match name.as_str() {
@@ -277,8 +271,7 @@ fn position<'t>(
 ) -> Result<RoutePoint, Unread> {
     let given = [(); 4].map(|()| numbers.next());
     let [Some(lon), Some(lat), height, None] = given else {
-        let fault = format!("{:?} is no longitude,latitude[,height]", shortened(text.trim()));
-        return Err(Unread::new(place, fault));
+        return refused(place, format!("{:?} is no longitude,latitude[,height]", shortened(text.trim())));
     };
     let height = height.map(|height| number(place, height)).transpose()?;
     RoutePoint::on_earth(place, number(place, lat)?, number(place, lon)?, height)

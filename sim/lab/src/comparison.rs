@@ -56,8 +56,8 @@ pub enum ComparisonError {
     Mission(String, #[source] GuideError),
 }
 
-/// The controllers as in a campaign file: the planner, any external law, then the laws in the order
-/// of [`LosLaw::ALL`] or the rules in that of [`Rule::ALL`]; of several craft, rules that assign AUVs.
+/// The entries of a campaign file: planner, external law, then the laws, the rules that visit, the
+/// figures, or of several craft the rules that assign AUVs.
 fn controllers(scenario: &Scenario, guide: Option<&GuideUrl>) -> Vec<Value> {
     let mut all = vec![json!({ "name": PLANNER, "planner": {} })];
     if scenario.has_fleet() {
@@ -228,8 +228,7 @@ impl Comparison {
         Ok(Self { scenario: scenario.name.clone(), seed, controllers: flown.into_values().collect() })
     }
 
-    /// The controller with the least mean cost of visited AUVs, the least error of localised ones,
-    /// or the least `rms_m`.
+    /// The controller with the least cost of visited AUVs, error of localised ones, or `rms_m`.
     pub fn best(&self) -> &ComparedController {
         self.least(ComparedController::value)
     }

@@ -245,9 +245,7 @@ fn serves(snapshot: &Snapshot, answer: &Value) -> Result<Option<usize>, AnswerFa
     if let Ok(schedule) = Schedule::deserialize(&answer["schedule"]) {
         return Ok(served(snapshot, Some(&schedule)));
     }
-    let Some(id) = answer.get("serves") else {
-        return Ok(None);
-    };
+    let Some(id) = answer.get("serves") else { return Ok(None) };
     let place = snapshot.auvs.iter().position(|auv| *id == auv.id.0);
     let unknown = || wrong(answer, "serves", format!("is {id}, and no AUV has that id"));
     place.map(Some).ok_or_else(unknown)

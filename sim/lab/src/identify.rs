@@ -9,9 +9,8 @@
 //! surge     log: u                          sway log: v = −k_β u r
 //! ground    along the bow: u + v_c · bow    to starboard: v + v_c · starboard − compass bias · u
 //! ```
-//! The current v_c is assumed constant over the log; it and the compass bias are nuisance
-//! parameters. The better fit decides if the craft controls speed through the water or over ground,
-//! and heading or course.
+//! The current v_c is constant; it and the compass bias are nuisance parameters. The better fit
+//! decides if the craft controls speed through the water or over ground, and heading or course.
 //!
 //! [`Log`] checks the rows, [`identify`] fits, and [`Identification`] holds the parameters with
 //! their intervals and the missing ones. No function here reads files.

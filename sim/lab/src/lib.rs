@@ -1,10 +1,9 @@
 //! The laboratory: comparison of guidance laws, and identification of craft.
 //!
 //! In reading order: [`rules`] visit AUVs without a schedule; [`http_guide`] is an external law; a
-//! [`campaign`] flies many controllers at their best gains under many conditions, with a lower
-//! bound (`clairvoyant`, `bound`); [`comparison`] is one of a single mission, with [`scores`].
-//! [`trial`] simulates a sea trial, and [`mod@identify`] fits a craft to its log ([`log_file`]).
-//! [`report`] is a mission as one page.
+//! [`campaign`] flies many controllers under many conditions, with a lower bound (`clairvoyant`);
+//! [`comparison`] is one of a single mission, with [`scores`]. [`trial`] simulates a sea trial,
+//! [`mod@identify`] fits a craft to its log ([`log_file`]). [`report`] is a mission as one page.
 //!
 //! Neither the planner nor the simulator depends on this crate.
 

@@ -154,8 +154,7 @@ struct Samples {
 }
 
 impl Samples {
-    /// Takes a row, by the names of its columns. Rows without a heading, or before the first
-    /// reference, are skipped.
+    /// Takes a row by its columns. Rows without a heading, or before a reference, are skipped.
     fn add(&mut self, row: &BTreeMap<&str, Option<CellValue>>) -> Result<(), LogFileError> {
         self.n_read += 1;
         for (names, found) in NEEDED.iter().zip(&mut self.found) {
@@ -191,9 +190,7 @@ impl Samples {
         if has_vehicles && vehicle.is_none() || word(KIND) == Some(KNOWN) {
             return Ok(());
         }
-        let (Some(time), Some(heading)) = (number(time)?, number(heading)?) else {
-            return Ok(());
-        };
+        let (Some(time), Some(heading)) = (number(time)?, number(heading)?) else { return Ok(()) };
         let mut power = number(&["power_w"])?;
         // Power is the increase of energy.
         if let Some(energy) = number(&["energy_j"])? {

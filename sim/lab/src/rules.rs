@@ -282,9 +282,7 @@ impl Guide for RuleGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let Goal::Visit(visits) = &snapshot.goal.goal else {
-            return self.guide.guide(snapshot);
-        };
+        let Goal::Visit(visits) = &snapshot.goal.goal else { return self.guide.guide(snapshot) };
         let (goal, serves) = self.goal(snapshot, visits);
         let offset = snapshot.goal.offset;
         let request = PlanRequest { goal: Task { goal, offset }, ..PlanRequest::clone(snapshot) };

@@ -108,8 +108,7 @@ fn for_people(value: &Value, digits: usize) -> String {
     }
 }
 
-/// All scores as table lines: the surface craft's, of several each one's, and each AUV's distance from
-/// its path.
+/// All scores as table lines: of the craft together, of each, and each AUV's along its path.
 pub fn lines(record: &Record) -> Vec<(String, String)> {
     let scores = Scores::of(record);
     let mut lines = scores.as_ref().map_or_else(Vec::new, Scores::lines);

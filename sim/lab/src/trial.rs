@@ -15,7 +15,7 @@ use crate::identify::LogRow;
 use sim::{
     fault::Faults,
     inner_loop::{DragFeedForward, PERIOD, SurfaceAutopilot},
-    observe::{SensorSetup, SurfaceSensors, SurfaceTruth},
+    observe::{SensorSetup, SurfaceSensors},
     scenario::{Scenario, ScenarioError},
     surface_craft::{SurfaceClass, SurfaceHull},
     water::{Water, WaterSetup},
@@ -110,13 +110,12 @@ impl Trial {
     }
 }
 
-/// A trial with its craft, water and sensors.
+/// A trial with its craft and water.
 #[derive(Clone, Debug)]
 pub struct TrialSetup {
     /// The manoeuvres.
     pub trial: Trial,
     world: World,
-    sensors: SensorSetup,
 }
 
 /// A trial cannot start.
@@ -131,7 +130,7 @@ pub enum NoTrial {
 }
 
 impl TrialSetup {
-    /// A craft of that class, with drag feed-forward and small craft's sensors; current 0.15 m/s.
+    /// A craft of that class, with drag feed-forward; current 0.15 m/s.
     pub fn of_class(class: SurfaceClass) -> Self {
         let autopilot = class.autopilot(DragFeedForward::On);
         Self::with(class.hull(), autopilot, &class.limits())
@@ -143,67 +142,49 @@ impl TrialSetup {
         let (speed, heading) = trial.reference(0.0);
         let craft = SurfaceCraft::cruising(hull, autopilot, &Vector2::zeros(), heading, speed);
         let water = Water::new(&WaterSetup::constant(CURRENT), ChaCha8Rng::seed_from_u64(0));
-        Self {
-            world: World::new(Some(craft), Vec::new(), water, Faults(Vec::new())),
-            trial,
-            sensors: SensorSetup::SMALL_CRAFT,
-        }
+        Self { world: World::new(Some(craft), Vec::new(), water, Faults(Vec::new())), trial }
     }
 
-    /// The surface craft of `scenario` in its water, with a small craft's sensors.
+    /// The surface craft of `scenario` in its water.
     pub fn of(scenario: &Scenario, seed: u64) -> Result<Self, NoTrial> {
         let start = scenario.start(seed)?;
-        let (Some(_), Some(limits)) = (&start.world.surface_craft, &start.limits) else {
-            return Err(NoTrial::NoSurfaceCraft);
-        };
+        let limits = start.limits.ok_or(NoTrial::NoSurfaceCraft)?;
         let mut world = start.world;
         world.auvs.clear();
-        Ok(Self {
-            trial: Trial::half_hour(limits.speed_max, limits.turn_rate_max),
-            world,
-            sensors: SensorSetup::SMALL_CRAFT,
-        })
+        Ok(Self { trial: Trial::half_hour(limits.speed_max, limits.turn_rate_max), world })
     }
 
-    /// The log of the trial; `seed` draws the sensors' errors.
+    /// The log of the trial by a small craft's sensors, whose errors `seed` draws.
     pub fn fly(&self, seed: u64) -> Vec<LogRow> {
-        let mut sensors = SurfaceSensors::new(self.sensors, ChaCha8Rng::seed_from_u64(seed));
-        fly(&self.trial, &mut self.world.clone(), &mut sensors)
-    }
-}
-
-/// Simulates `trial` with the craft of `world` and logs the measurements; empty without a craft.
-fn fly(trial: &Trial, world: &mut World, sensors: &mut SurfaceSensors) -> Vec<LogRow> {
-    let mut rows = Vec::new();
-    let mut energy = world.surface_craft.as_ref().map_or(0.0, |craft| craft.energy);
-    while world.time() < trial.duration() {
-        let (speed, heading) = trial.reference(world.time());
-        let reference = Reference { speed, heading: Heading::new(heading) };
-        if world.periods().is_multiple_of(PERIODS_PER_ROW) {
-            let Some(craft) = &world.surface_craft else {
-                return rows;
-            };
-            let interval = f64::from(PERIODS_PER_ROW) * PERIOD;
-            let current = world.water.current(&craft.position(), 0.0);
-            let truth = SurfaceTruth::of(craft, current);
-            let works = world.faults.gnss_works(world.time());
-            let measured = sensors.measure(&truth, works, interval);
-            rows.push(LogRow {
-                time: world.time(),
-                speed_reference: speed,
-                heading_reference: reference.heading.radians(),
-                heading: measured.heading().radians(),
-                surge: Some(measured.speed_mps),
-                sway: Some(measured.sway_mps),
-                ground_velocity: measured.ground_velocity(),
-                position: Some(measured.position()),
-                power: (!rows.is_empty()).then_some((craft.energy - energy) / interval),
-            });
-            energy = craft.energy;
+        let mut sensors = SurfaceSensors::new(SensorSetup::SMALL_CRAFT, ChaCha8Rng::seed_from_u64(seed));
+        let (mut world, mut rows, mut energy) = (self.world.clone(), Vec::new(), 0.0);
+        while world.time() < self.trial.duration() {
+            let (speed, heading) = self.trial.reference(world.time());
+            let reference = Reference { speed, heading: Heading::new(heading) };
+            if let Some(craft) = &world.surface_craft
+                && world.periods().is_multiple_of(PERIODS_PER_ROW)
+            {
+                let interval = f64::from(PERIODS_PER_ROW) * PERIOD;
+                let current = world.water.current(&craft.position(), 0.0);
+                let works = world.faults.gnss_works(world.time());
+                let measured = sensors.measure(craft, &current, works, interval);
+                rows.push(LogRow {
+                    time: world.time(),
+                    speed_reference: speed,
+                    heading_reference: reference.heading.radians(),
+                    heading: measured.heading().radians(),
+                    surge: Some(measured.speed_mps),
+                    sway: Some(measured.sway_mps),
+                    ground_velocity: measured.ground_velocity(),
+                    position: Some(measured.position()),
+                    power: (!rows.is_empty()).then_some((craft.energy - energy) / interval),
+                });
+                energy = craft.energy;
+            }
+            world.step(Some(&reference));
         }
-        world.step(Some(&reference));
+        rows
     }
-    rows
 }
 
 #[cfg(test)]

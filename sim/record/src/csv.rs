@@ -5,20 +5,19 @@ use std::io::{self, Write};
 
 use csv::ErrorKind;
 
-use crate::Source;
+use crate::source::{Placed, Source};
 use crate::table::{COLUMNS, Cell, Row};
 
-/// Characters that start a formula in a spreadsheet; a word with one gets an apostrophe before it.
-/// Source: OWASP, "CSV Injection".
+/// Words that begin with these are formulas to a spreadsheet (OWASP, "CSV Injection").
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// Numbers have the fewest digits that give the same bits. Unknown values are empty.
-pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
+pub(super) fn write<S: Source>(record: &Placed<'_, S>, out: &mut impl Write) -> Result<(), S::Error> {
     let mut lines = csv::Writer::from_writer(out);
     let header = COLUMNS.iter().map(|column| column.name);
     lines.write_record(header).map_err(not_written)?;
     let mut digits = String::new();
-    source.for_each(&mut |entry| {
+    record.for_each(&mut |entry| {
         for row in &entry.rows {
             line(&mut lines, row, &mut digits).map_err(not_written)?;
         }

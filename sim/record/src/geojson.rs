@@ -15,6 +15,7 @@ use geodesy::{Datum, Origin};
 use nalgebra::Vector2;
 use serde_json::{Map, Value, json};
 
+use crate::source::Placed;
 use crate::table::{Row, SURFACE_CRAFT};
 use crate::{ExportError, Source};
 
@@ -23,16 +24,15 @@ const DEGREE_DECIMALS: i32 = 9;
 /// Decimals of a metre.
 const METRE_DECIMALS: i32 = 3;
 
-/// Number of points held back for sorting by time, because reports arrive late; 160 kB. A report
-/// later than that keeps its position.
+/// Number of points held back for sorting by time; a report that is later keeps its position.
 const WINDOW: usize = 4_096;
 
 /// Least number of points of a line (RFC 7946, 3.1.4).
 const POINTS_MIN: usize = 2;
 
-pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
-    let origin = source.origin().ok_or(ExportError::NoOrigin)?;
-    let datum = Datum::new(&origin).map_err(ExportError::from)?;
+pub(super) fn write<S: Source>(record: &Placed<'_, S>, out: &mut impl Write) -> Result<(), S::Error> {
+    let source = record.record;
+    let (origin, datum) = source.origin().zip(record.datum).ok_or(ExportError::NoOrigin)?;
     let about = source.about().into_iter();
     let run = about.filter(|(key, _)| ["scenario", "seed"].contains(key));
     let chart =
@@ -244,7 +244,7 @@ mod tests {
 
     fn written(record: &Sample) -> Vec<Value> {
         let mut bytes = vec![];
-        write(record, &mut bytes).expect("can be written");
+        crate::write(record, crate::Format::Geojson, &mut bytes).expect("can be written");
         let value: Value = serde_json::from_slice(&bytes).expect("is JSON");
         assert_eq!(value["type"], "FeatureCollection");
         value["features"].as_array().expect("is a list").clone()

@@ -35,8 +35,7 @@ pub use geodesy::Origin;
 pub use separators::with_commas;
 pub use source::{Disc, Entry, Scene, Source};
 
-use geodesy::Datum;
-use source::OnEarth;
+use source::Placed;
 
 /// The version of the table in files.
 pub const SCHEMA_VERSION: &str = "3";
@@ -46,31 +45,24 @@ const PIECE: usize = 64 << 10;
 
 /// Writes the record to `out`. Equal records give equal bytes. Output is incomplete after an error.
 pub fn write<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
-    let datum = source.origin().as_ref().map(Datum::new).transpose();
-    match datum.map_err(ExportError::from)? {
-        Some(datum) => write_rows(&OnEarth { source, datum }, format, out),
-        None => write_rows(source, format, out),
-    }
-}
-
-fn write_rows<S: Source>(source: &S, format: Format, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
+    let record = Placed::new(source)?;
     let mut out = BufWriter::with_capacity(PIECE, out);
     match format {
-        Format::Csv => csv::write(source, &mut out)?,
+        Format::Csv => csv::write(&record, &mut out)?,
         #[cfg(feature = "parquet")]
-        Format::Parquet => parquet::write(source, &mut out)?,
-        Format::Geojson => geojson::write(source, &mut out)?,
+        Format::Parquet => parquet::write(&record, &mut out)?,
+        Format::Geojson => geojson::write(&record, &mut out)?,
         #[cfg(feature = "mcap")]
-        Format::Mcap => mcap::write(source, &mut out)?,
-        Format::Ndjson => ndjson(source, &mut out)?,
+        Format::Mcap => mcap::write(&record, &mut out)?,
+        Format::Ndjson => ndjson(&record, &mut out)?,
         #[cfg(not(all(feature = "mcap", feature = "parquet")))]
         left_out => return Err(ExportError::LeftOut(left_out.extension()).into()),
     }
     Ok(out.flush()?)
 }
 
-fn ndjson<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
-    source.for_each(&mut |entry| {
+fn ndjson<S: Source>(record: &Placed<'_, S>, out: &mut impl Write) -> Result<(), S::Error> {
+    record.for_each(&mut |entry| {
         for row in &entry.rows {
             serde_json::to_writer(&mut *out, row).map_err(io::Error::from)?;
             out.write_all(b"\n")?;
@@ -83,6 +75,7 @@ fn ndjson<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
 mod tests {
     use std::path::Path;
 
+    use geodesy::Datum;
     use serde_json::Value;
 
     use super::{source::plain, *};

@@ -26,7 +26,8 @@ use mcap::{
 };
 use serde_json::Value;
 
-use crate::{Entry, ExportError, Scene, Source, source::plain};
+use crate::source::{Placed, plain};
+use crate::{Entry, Scene, Source};
 use messages::{Time, Vehicle};
 use schemas::{EVENT, ROW};
 
@@ -37,16 +38,13 @@ mod schemas;
 /// The topic of the table's rows.
 pub const ROWS: &str = "/rows";
 
-pub(super) fn write<S: Source>(source: &S, out: &mut impl Write) -> Result<(), S::Error> {
-    let datum = source.origin().as_ref().map(Datum::new).transpose();
-    let datum = datum.map_err(ExportError::from)?;
-    let about = source.about();
-    let true_from = datum.filter(|_| source.has_true_headings());
-    let mut log = Log::new(out, datum.as_ref(), true_from.as_ref()).map_err(not_written)?;
+pub(super) fn write<S: Source>(record: &Placed<'_, S>, out: &mut impl Write) -> Result<(), S::Error> {
+    let Placed { record: source, datum } = record;
+    let mut log = Log::new(out, datum.as_ref(), source.has_true_headings()).map_err(not_written)?;
     let mut scene = Some(source.scene()).filter(|scene| !scene.is_empty());
-    let written = log.metadata(&about).map_err(not_written).map_err(S::Error::from);
+    let written = log.metadata(&source.about()).map_err(not_written).map_err(S::Error::from);
     let written = written.and_then(|()| {
-        source.for_each(&mut |entry| Ok(log.entry(entry, scene.take()).map_err(not_written)?))
+        record.for_each(&mut |entry| Ok(log.entry(entry, scene.take()).map_err(not_written)?))
     });
     match written {
         Ok(()) => Ok(log.file.finish().map(drop).map_err(not_written)?),
@@ -70,8 +68,8 @@ fn not_written(error: McapError) -> io::Error {
 struct Log<'a, W: Write> {
     file: Writer<NoSeek<W>>,
     datum: Option<&'a Datum>,
-    /// The same, if headings are from true north: the convergence turns poses in `world`.
-    true_from: Option<&'a Datum>,
+    /// `true` if headings are from true north: the convergence turns poses in `world`.
+    has_true_headings: bool,
     /// The channel of each topic, and the messages on it.
     channels: BTreeMap<String, (u16, u32)>,
 }
@@ -79,12 +77,12 @@ struct Log<'a, W: Write> {
 impl<'a, W: Write> Log<'a, W> {
     /// Never seeks, so `out` may be a pipe. Chunks, indexes, statistics and the summary are on by
     /// default; compression is off, because it would need C code.
-    fn new(out: W, datum: Option<&'a Datum>, true_from: Option<&'a Datum>) -> McapResult<Self> {
+    fn new(out: W, datum: Option<&'a Datum>, has_true_headings: bool) -> McapResult<Self> {
         let file = WriteOptions::new()
             .library(concat!("pilotfish ", env!("CARGO_PKG_VERSION")))
             .disable_seeking(true)
             .create(NoSeek::new(out))?;
-        Ok(Self { file, datum, true_from, channels: BTreeMap::new() })
+        Ok(Self { file, datum, has_true_headings, channels: BTreeMap::new() })
     }
 
     /// Writes the metadata of the file.
@@ -107,10 +105,8 @@ impl<'a, W: Write> Log<'a, W> {
             let times = [time, logged];
             let json = serde_json::to_vec(row).expect("an object of numbers and words");
             self.message(ROWS, ROW, times, &json)?;
-            let Some((id, mut vehicle)) = Vehicle::of(row) else {
-                continue;
-            };
-            if let Some(datum) = self.true_from {
+            let Some((id, mut vehicle)) = Vehicle::of(row) else { continue };
+            if let Some(datum) = self.datum.filter(|_| self.has_true_headings) {
                 vehicle.heading -= datum.convergence(&vehicle.position);
             }
             let transforms = messages::frame_transforms(id, &vehicle, time).to_string();
@@ -168,7 +164,7 @@ mod tests {
 
     fn written(record: &Sample) -> Vec<u8> {
         let mut bytes = vec![];
-        write(record, &mut bytes).expect("can be written");
+        crate::write(record, Format::Mcap, &mut bytes).expect("can be written");
         bytes
     }
 
@@ -228,9 +224,7 @@ mod tests {
         let yaw = |true_headings| {
             let mut record = sample_for_tests::record();
             record.true_headings = true_headings;
-            let mut file = vec![];
-            crate::write(&record, Format::Mcap, &mut file).expect("can be written");
-            let orientation = &messages(&file, "/asc/pose")[0].1["pose"]["orientation"];
+            let orientation = &messages(&written(&record), "/asc/pose")[0].1["pose"]["orientation"];
             let number = |member: &str| orientation[member].as_f64().expect("is a number");
             2.0 * number("z").atan2(number("w"))
         };
@@ -245,6 +239,7 @@ mod tests {
     #[test]
     fn rows_match_the_table_and_events_are_unchanged() {
         let mut record = sample_for_tests::record();
+        record.origin = None;
         record.events = vec![r#"{"sequence":1,"kind":"ran"}"#, r#"{"sequence":2,"kind":"finished"}"#];
         let file = written(&record);
         let rows: Vec<Value> = messages(&file, ROWS).into_iter().map(|(_, row)| row).collect();

@@ -11,9 +11,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::Type;
 
-use crate::source::plain;
+use crate::ExportError;
+use crate::source::{Placed, Source, plain};
 use crate::table::{COLUMNS, Cell, Kind};
-use crate::{ExportError, Source};
 
 /// Rows of a group in memory of writer and reader.
 const GROUP: usize = 16_384;
@@ -40,15 +40,22 @@ pub fn write_table<'a>(
 }
 
 /// Writes the record, a group of rows at a time.
-pub(super) fn write<S: Source>(source: &S, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
-    in_groups(source, GROUP, out)
+pub(super) fn write<S: Source>(
+    record: &Placed<'_, S>,
+    out: &mut (impl Write + Send),
+) -> Result<(), S::Error> {
+    in_groups(record, GROUP, out)
 }
 
-fn in_groups<S: Source>(source: &S, group: usize, out: &mut (impl Write + Send)) -> Result<(), S::Error> {
-    let about: Vec<_> = source.about().iter().map(|(key, value)| (*key, plain(value))).collect();
+fn in_groups<S: Source>(
+    record: &Placed<'_, S>,
+    group: usize,
+    out: &mut (impl Write + Send),
+) -> Result<(), S::Error> {
+    let about: Vec<_> = record.record.about().iter().map(|(key, value)| (*key, plain(value))).collect();
     let columns = COLUMNS.iter().map(|column| (column.name, column.kind));
     let mut file = File::new("record", columns, &about, out).map_err(not_written)?;
-    source.for_each(&mut |entry| {
+    record.for_each(&mut |entry| {
         for row in &entry.rows {
             for (column, cells) in COLUMNS.iter().zip(&mut file.columns) {
                 cells.push((column.cell)(row));
@@ -200,7 +207,9 @@ mod tests {
 
     fn read(group: usize) -> SerializedFileReader<Bytes> {
         let mut bytes = vec![];
-        in_groups(&sample_for_tests::record(), group, &mut bytes).expect("can be written");
+        let record = sample_for_tests::record();
+        let placed = Placed { record: &record, datum: None };
+        in_groups(&placed, group, &mut bytes).expect("can be written");
         SerializedFileReader::new(Bytes::from(bytes)).expect("is a Parquet file")
     }
 

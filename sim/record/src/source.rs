@@ -44,61 +44,35 @@ pub trait Source {
     }
 }
 
-/// A record with latitude and longitude for every position.
-pub(crate) struct OnEarth<'a, S> {
-    pub(crate) source: &'a S,
-    pub(crate) datum: Datum,
+/// A record, with latitude and longitude for every position if the datum's place is known.
+pub(crate) struct Placed<'a, S> {
+    pub(crate) record: &'a S,
+    pub(crate) datum: Option<Datum>,
 }
 
-impl<S> OnEarth<'_, S> {
-    fn placed<'a>(&self, entry: &Entry<'a>) -> Entry<'a> {
-        let rows = entry.rows.iter().map(|row| {
-            let Some((north, east)) = row.north_m.zip(row.east_m) else {
-                return *row;
-            };
-            let place = self.datum.from_local(&Vector2::new(north, east));
-            Row {
-                lat_deg: Some(place.latitude.to_degrees()),
-                lon_deg: Some(place.longitude.to_degrees()),
-                ..*row
-            }
-        });
-        Entry { rows: rows.collect(), ..*entry }
+impl<'a, S: Source> Placed<'a, S> {
+    pub(crate) fn new(record: &'a S) -> Result<Self, S::Error> {
+        let datum = record.origin().as_ref().map(Datum::new).transpose();
+        Ok(Self { record, datum: datum.map_err(ExportError::from)? })
+    }
+
+    /// [`Source::for_each`].
+    pub(crate) fn for_each(
+        &self,
+        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), S::Error>,
+    ) -> Result<(), S::Error> {
+        let Some(datum) = &self.datum else { return self.record.for_each(take) };
+        self.record.for_each(&mut |entry| {
+            let rows = entry.rows.iter().map(|row| on_earth(datum, row)).collect();
+            take(&Entry { rows, ..*entry })
+        })
     }
 }
 
-impl<S: Source> Source for OnEarth<'_, S> {
-    type Error = S::Error;
-
-    fn about(&self) -> Vec<(&'static str, Value)> {
-        self.source.about()
-    }
-
-    fn origin(&self) -> Option<Origin> {
-        self.source.origin()
-    }
-
-    fn has_true_headings(&self) -> bool {
-        self.source.has_true_headings()
-    }
-
-    fn scene(&self) -> Scene<'_> {
-        self.source.scene()
-    }
-
-    fn for_each(
-        &self,
-        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
-    ) -> Result<(), Self::Error> {
-        self.source.for_each(&mut |entry| take(&self.placed(entry)))
-    }
-
-    fn for_each_with_places(
-        &self,
-        take: &mut dyn FnMut(&Entry<'_>) -> Result<(), Self::Error>,
-    ) -> Result<(), Self::Error> {
-        self.source.for_each_with_places(&mut |entry| take(&self.placed(entry)))
-    }
+fn on_earth<'a>(datum: &Datum, row: &Row<'a>) -> Row<'a> {
+    let Some((north, east)) = row.north_m.zip(row.east_m) else { return *row };
+    let place = datum.from_local(&Vector2::new(north, east));
+    Row { lat_deg: Some(place.latitude.to_degrees()), lon_deg: Some(place.longitude.to_degrees()), ..*row }
 }
 
 /// An event of a mission, or an instant of a simulated run, with its rows.

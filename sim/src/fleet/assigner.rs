@@ -43,8 +43,7 @@ impl Assigner {
     }
 
     /// The craft of each AUV, by index, of those at these positions (north, east), m; `may_serve`
-    /// tells which may serve which. The planner's own assignment needs more than positions: none
-    /// here.
+    /// tells which may serve which. None by the planner, which needs more than positions.
     pub fn assign(
         &self,
         craft: &[Vector2<f64>],

@@ -5,8 +5,7 @@ use planner::snapshot::{Auv, PlanRequest, Report};
 /// Largest number of reports of an AUV that are told, the newest.
 const REPORTS_TOLD: usize = 32;
 
-/// The AUVs as all craft of `requests`, at least one, know them together: with the newest state, or
-/// with the newest reports of all.
+/// The AUVs as all craft of `requests`, at least one, know them together, by the newest.
 pub(super) fn shared(requests: &[PlanRequest]) -> Vec<Auv> {
     let auv = |place: usize| {
         let known = requests.iter().map(|request| &request.auvs[place]);

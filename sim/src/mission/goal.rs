@@ -119,13 +119,13 @@ fn ground_velocity(auv: &SimulatedAuv, world: &World) -> Vector2<f64> {
     auv.ground_track(world.time(), &current).0
 }
 
-/// Index of the vehicle to follow `elapsed` s after the epoch; interval k is [k T, (k + 1) T).
+/// Index, of `n`, of the vehicle to follow `elapsed` s after the epoch of turns of `dwell` s.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_possible_wrap,
     reason = "a mission has few dwells, and rem_euclid is never negative"
 )]
-fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
+pub fn in_turn(elapsed: f64, dwell: f64, n: usize) -> usize {
     ((elapsed / dwell).floor() as i64).rem_euclid(n as i64) as usize
 }
 
@@ -138,8 +138,8 @@ mod tests {
 
     #[test]
     fn an_intermittent_goal_changes_vehicle_exactly_at_the_dwell() {
-        let found = [0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2));
-        assert_eq!(found, [0, 0, 1, 1, 0]);
+        let found = [-0.1, 0.0, 239.9, 240.0, 479.9, 480.0].map(|t| in_turn(t, 240.0, 2));
+        assert_eq!(found, [1, 0, 0, 1, 1, 0]);
     }
 
     fn world() -> (World, Vec<VehicleId>) {

@@ -1,5 +1,4 @@
-//! Acoustic messages of the underwater vehicles: each transmits in its time slot, sound takes time
-//! to arrive, and some messages are lost.
+//! Acoustic messages: each vehicle transmits in its slot, sound takes time, some are lost.
 //!
 //! ```text
 //! slot begins → travels range / c → first sound arrives → latency → fix
@@ -54,8 +53,7 @@ pub struct Fix {
     pub sent_at: f64,
     /// Time of the fix, s; less `sent_at` and the latency, the travel time of the slant range.
     pub heard_at: f64,
-    /// State at `sent_at`: position as measured; depth, course and speed (never negative) with
-    /// noise; rate of turn and `descending` exact.
+    /// State at `sent_at`: position, depth, course and speed as measured, the rest exact.
     pub telemetry: Telemetry,
     /// Slant range as measured, m, and the craft's position at transmission.
     pub range: f64,
@@ -63,23 +61,6 @@ pub struct Fix {
     pub from: Vector2<f64>,
     /// Assumed σ of the position along either axis, or of the range, m, without outliers.
     pub sigma: f64,
-}
-
-/// Counts of messages. A sent message is counted again when its reception is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct MessageCounts {
-    /// Transmitted.
-    pub sent: u64,
-    /// Out of range.
-    pub beyond_range: u64,
-    /// Lost by chance, with or without a collision.
-    pub lost: u64,
-    /// Destroyed by another message, and not lost by chance.
-    pub collided: u64,
-    /// Received by the surface craft.
-    pub delivered: u64,
-    /// Discarded, oldest first, because the caller did not receive them.
-    pub uncollected: u64,
 }
 
 /// The acoustic channel between all underwater vehicles and the surface craft.
@@ -96,7 +77,6 @@ pub struct Acoustics {
     uncalled: Vec<bool>,
     /// Messages under way, in the order of their fixes.
     pending: Vec<Message>,
-    counts: MessageCounts,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -104,14 +84,8 @@ struct Message {
     fix: Fix,
     /// Arrival of its first sound, s.
     arrival: f64,
-    reception: Reception,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reception {
-    Received,
-    Lost,
-    Collided,
+    /// `true` if it is lost by chance, or by another message at the same time.
+    is_lost: bool,
 }
 
 /// The random numbers of one slot; every slot draws the same number.
@@ -157,7 +131,6 @@ impl Acoustics {
             slot_steps,
             uncalled: vec![false; setup.slots.len()],
             pending: Vec::with_capacity(QUEUE_PER_VEHICLE * setup.slots.len()),
-            counts: MessageCounts::default(),
             setup: setup.clone(),
         }
     }
@@ -167,8 +140,7 @@ impl Acoustics {
         self.setup.range_max
     }
 
-    /// Lets each vehicle send in the slot in which it is called from now on, if it is: of the equal
-    /// slots of a frame, one for each vehicle.
+    /// Lets each vehicle send in the slot of a frame of equal ones in which it is called, if it is.
     pub(crate) fn call(&mut self, slots: &[Option<usize>]) {
         let n = slots.len();
         for (vehicle, slot) in slots.iter().enumerate() {
@@ -214,21 +186,8 @@ impl Acoustics {
     /// Appends the fixes up to `now`, s, to `heard`, in the order of arrival.
     pub fn receive(&mut self, now: f64, heard: &mut Vec<Fix>) {
         let due = self.pending.partition_point(|message| message.fix.heard_at <= now);
-        for message in self.pending.drain(..due) {
-            match message.reception {
-                Reception::Received => {
-                    self.counts.delivered += 1;
-                    heard.push(message.fix);
-                }
-                Reception::Lost => self.counts.lost += 1,
-                Reception::Collided => self.counts.collided += 1,
-            }
-        }
-    }
-
-    /// The counts of messages so far.
-    pub fn counts(&self) -> MessageCounts {
-        self.counts
+        let received = self.pending.drain(..due).filter(|message| !message.is_lost);
+        heard.extend(received.map(|message| message.fix));
     }
 
     /// The fix that the surface craft gets if it receives the message.
@@ -257,39 +216,24 @@ impl Acoustics {
     /// Sends a message over `range` m, which may collide with those under way.
     fn transmit(&mut self, fix: Fix, range: f64, noise: &SlotNoise) {
         let setup = &self.setup;
-        self.counts.sent += 1;
         if range > setup.range_max {
-            self.counts.beyond_range += 1;
             return;
         }
         let loss = setup.loss + (setup.loss_at_range_max - setup.loss) * (range / setup.range_max);
-        let mut message = Message {
-            fix,
-            arrival: fix.sent_at + range / setup.sound_speed,
-            reception: if noise.loss < loss { Reception::Lost } else { Reception::Received },
-        };
+        let mut message =
+            Message { fix, arrival: fix.sent_at + range / setup.sound_speed, is_lost: noise.loss < loss };
         // Every message that this one can collide with is still pending: it is received after its
         // last sound, hence after this transmission. A lost message is not decoded, but as loud.
         for other in &mut self.pending {
             if (other.arrival - message.arrival).abs() < setup.slot_length {
-                other.collide();
-                message.collide();
+                (other.is_lost, message.is_lost) = (true, true);
             }
         }
         if self.pending.len() == QUEUE_PER_VEHICLE * self.slot_steps.len() {
             self.pending.remove(0);
-            self.counts.uncollected += 1;
         }
         let after = self.pending.partition_point(|other| other.fix.heard_at <= fix.heard_at);
         self.pending.insert(after, message);
-    }
-}
-
-impl Message {
-    fn collide(&mut self) {
-        if self.reception == Reception::Received {
-            self.reception = Reception::Collided;
-        }
     }
 }
 

@@ -14,8 +14,7 @@ use crate::world::vessel::SimulatedVessel;
 /// Errors of AIS. Each σ is a standard deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AisSetup {
-    /// Time between two reports of a vessel, s; the real ones are 2 to 10 s under way, 30 s of
-    /// small vessels, 180 s at anchor.
+    /// Time between two reports of a vessel, s: really 2 to 10 s under way, 180 s at anchor.
     pub interval: f64,
     /// Time from a position to its reception, s, which nobody notices.
     pub latency: f64,

@@ -6,8 +6,7 @@ use nalgebra::Vector2;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Two independent standard normal numbers from exactly two uniform ones, each within ±8.6, √(2 ·
-/// 53 ln 2).
+/// Two independent standard normal numbers, each within ±8.6, from exactly two uniform ones.
 ///
 /// ```text
 /// z = √(−2 ln u₁) [cos 2πu₂, sin 2πu₂]

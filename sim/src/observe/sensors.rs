@@ -21,8 +21,8 @@ const CURRENT_MEMORY: f64 = 30.0;
 pub struct SensorSetup {
     /// σ of the satellite position along north and along east, m.
     pub position_sigma: f64,
-    /// Correlation time τ of the satellite position's error, s: e(t + T) keeps exp(−T/τ) of e(t).
-    /// 0: white.
+    /// Correlation time τ of the satellite position's error, s: exp(−T/τ) is left after T; 0:
+    /// white.
     pub position_correlation_time: f64,
     /// σ of the satellite velocity over ground along north and along east, m/s; white.
     pub velocity_sigma: f64,
@@ -56,38 +56,6 @@ impl SensorSetup {
     };
 }
 
-/// The true state of the surface craft.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceTruth {
-    /// Position (north, east), m.
-    pub position: Vector2<f64>,
-    /// Heading ψ, rad, not necessarily wrapped.
-    pub heading: f64,
-    /// Surge speed through the water, m/s.
-    pub surge: f64,
-    /// Sway speed through the water, m/s, positive to starboard.
-    pub sway: f64,
-    /// Yaw rate, rad/s, positive clockwise.
-    pub yaw_rate: f64,
-    /// Velocity over ground (north, east), m/s.
-    pub ground_velocity: Vector2<f64>,
-}
-
-impl SurfaceTruth {
-    /// The state of `craft` in a `current` (north, east), m/s.
-    pub fn of(craft: &SurfaceCraft, current: Vector2<f64>) -> Self {
-        let [_, _, heading, surge, sway, yaw_rate, ..]: [f64; 8] = craft.state.into();
-        Self {
-            position: craft.position(),
-            heading,
-            surge,
-            sway,
-            yaw_rate,
-            ground_velocity: ned_from_body(heading) * Vector2::new(surge, sway) + current,
-        }
-    }
-}
-
 /// The surface craft's sensors with their state.
 #[derive(Clone, Debug)]
 pub struct SurfaceSensors {
@@ -115,7 +83,8 @@ impl SurfaceSensors {
         Self { setup, rng, position_error, track: None }
     }
 
-    /// Estimate of the craft's own state now, `period` s after the previous one.
+    /// The state of `craft` as measured in a `current` (north, east), m/s, `period` s after
+    /// another.
     ///
     /// Without GNSS there is no ground velocity, and the position is reckoned:
     /// ```text
@@ -124,26 +93,32 @@ impl SurfaceSensors {
     /// with this measurement. When GNSS returns, its position applies at once. The first
     /// measurement has a satellite position even without GNSS: a craft departs with a fix.
     ///
-    /// Every measurement draws the same number of random numbers: runs from one seed have the same
-    /// errors in every mission.
-    pub fn measure(&mut self, truth: &SurfaceTruth, gnss_works: bool, period: f64) -> Asc {
+    /// Every measurement draws as many random numbers: one seed has the same errors in any mission.
+    pub fn measure(
+        &mut self,
+        craft: &SurfaceCraft,
+        current: &Vector2<f64>,
+        gnss_works: bool,
+        period: f64,
+    ) -> Asc {
         let setup = self.setup;
+        let [_, _, true_heading, surge, sway, yaw_rate, ..]: [f64; 8] = craft.state.into();
         // White errors, in units of their σ.
         let [position, velocity, turning, speed] = array::from_fn(|_| normal_pair(&mut self.rng));
         self.position_error = self.next_position_error(&position, period);
         let heading_error = setup.heading_bias + setup.heading_sigma * turning.x;
         let mut state = Asc {
-            sway_mps: disturbed(truth.sway, setup.speed_sigma * speed.y),
-            yaw_rate_radps: disturbed(truth.yaw_rate, setup.yaw_rate_sigma * turning.y),
+            sway_mps: disturbed(sway, setup.speed_sigma * speed.y),
+            yaw_rate_radps: disturbed(yaw_rate, setup.yaw_rate_sigma * turning.y),
             ..Asc::new(
-                disturbed_vector(&truth.position, &self.position_error),
-                Heading::new(disturbed(truth.heading, heading_error)),
-                disturbed(truth.surge, setup.speed_sigma * speed.x),
+                disturbed_vector(&craft.position(), &self.position_error),
+                Heading::new(disturbed(true_heading, heading_error)),
+                disturbed(surge, setup.speed_sigma * speed.x),
             )
-            .with_ground_velocity(
-                gnss_works
-                    .then(|| disturbed_vector(&truth.ground_velocity, &(velocity * setup.velocity_sigma))),
-            )
+            .with_ground_velocity(gnss_works.then(|| {
+                let over_ground = craft.water_velocity() + current;
+                disturbed_vector(&over_ground, &(velocity * setup.velocity_sigma))
+            }))
         };
         self.keep_track(&mut state, period);
         state

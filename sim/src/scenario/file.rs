@@ -1,5 +1,4 @@
-//! The shape of a scenario file. Every number may be a distribution. The description of an optional
-//! member states its default.
+//! The shape of a scenario file. The description of an optional member states its default.
 
 use planner::path::Side;
 use planner::snapshot::{AREA_CORNERS, AUVS_MAX, ID_LENGTH_MAX, KEEP_OUTS_MAX, NO_GO_MAX, VESSELS_MAX};

@@ -308,9 +308,7 @@ mod tests {
             let draws: Vec<f64> = (0..n).map(|_| quantity.draw(&mut rng)).collect();
             assert!(draws.iter().all(|draw| range.contains(draw)), "{text}");
             assert!(draws.iter().any(|draw| *draw != draws[0]), "{text}");
-            let Some((mean, sigma)) = mean_and_sigma else {
-                continue;
-            };
+            let Some((mean, sigma)) = mean_and_sigma else { continue };
             let mean_of = |f: &dyn Fn(f64) -> f64| draws.iter().map(|x| f(*x)).sum::<f64>() / f64::from(n);
             // Five standard errors of the mean; that of the variance is 1 %.
             let found = mean_of(&|x| x);

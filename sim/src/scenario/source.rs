@@ -61,8 +61,7 @@ enum Shape {
     OneOf(&'static [&'static str]),
 }
 
-/// Members that often get another form, each without indices, as `auvs[].path`, with its shape and
-/// an example for the error.
+/// Members that often get another form, as `auvs[].path`: shape, and an example for the error.
 const FORMS: &[(&str, Shape, &str)] = &[
     ("schema_version", Shape::Text, "schema_version = \"1\""),
     (
@@ -150,9 +149,7 @@ fn given(text: &str, value: &Spanned<DeValue<'_>>) -> String {
 /// The existing members on the path to `field`, such as `auvs[0].path`, outermost first.
 fn members_to<'a>(text: &'a str, field: &str) -> Vec<OuterMember<'a>> {
     let mut members: Vec<OuterMember<'a>> = vec![];
-    let Ok(document) = DeTable::parse(text) else {
-        return members;
-    };
+    let Ok(document) = DeTable::parse(text) else { return members };
     let document = DeValue::Table(document.into_inner());
     for step in field.split(['.', '[']) {
         let here = members.last().map_or(&document, |member| member.value.get_ref());

@@ -8,7 +8,7 @@ use planner::{
     snapshot::{AUVS_MAX, ID_LENGTH_MAX, Limits},
 };
 
-use crate::observe::{Ais, Briefing, Messages, Observer};
+use crate::observe::{Ais, Briefing, Observer, ReportedAs};
 use crate::own_navigation::{OwnNavigation, RangingFaults};
 use crate::record::{Bounds, Origin};
 use crate::scenario::ScenarioError;
@@ -32,7 +32,7 @@ pub use invalid::InvalidScenario;
 
 use draw::{Draw, ais_stream, check_count, navigation_stream};
 use environment::{bounds, ranging};
-use invalid::invalid;
+use invalid::{invalid, refused};
 
 /// Time between two points of a declared track, s: a few metres.
 const DECLARED_INTERVAL: f64 = 4.0;
@@ -63,9 +63,8 @@ pub struct Start {
 }
 
 impl Scenario {
-    /// The start of the mission with `seed`, on which only distributions and noise depend. The
-    /// numbers of one seed may not fit together even if those of another do. Of several surface craft
-    /// it is that of the first.
+    /// The start of the mission with `seed`, with the first of several surface craft. The numbers
+    /// of one seed may not fit together even if those of another do.
     pub fn start(&self, seed: u64) -> Result<Start, ScenarioError> {
         self.begin(seed, 0).map_err(|wrong| self.source.wrong(wrong))
     }
@@ -86,7 +85,7 @@ impl Scenario {
         if duration.floor() - 1.0 < settled_after {
             let reason =
                 format_args!("{settled_after} s is less than a second before the end at {duration} s");
-            return Err(invalid("settled_after_s", reason));
+            return refused("settled_after_s", reason);
         }
         let origin = self.origin.as_ref().map(|origin| Origin {
             latitude: draw.take(&origin.lat_deg).to_radians(),
@@ -110,7 +109,7 @@ impl Scenario {
         let mut world = World::new(surface_craft, auvs, water, faults);
         self.declare_tracks(&mut world, duration)?;
         let limits = briefing.as_ref().map(|briefing| briefing.limits);
-        let navigates = |briefing: &&Briefing| !matches!(briefing.messages, Messages::Ranges { .. });
+        let navigates = |briefing: &&Briefing| briefing.reported_as != ReportedAs::Ranges;
         let own_navigation = briefing.as_ref().filter(navigates).and_then(|briefing| {
             let faults = self.knowledge.ranging.as_ref();
             let faults = faults.map_or_else(RangingFaults::default, |file| ranging(file, &mut draw));
@@ -125,12 +124,11 @@ impl Scenario {
         if !self.traffic.is_empty() {
             world.vessels = self.traffic.iter().map(|file| traffic::vessel(file, &mut draw)).collect();
             let setup = traffic::ais(self.knowledge.ais.as_ref().unwrap_or(&AisFile::default()), &mut draw);
-            bounds.vessel_separation = draw.take_optional(self.bounds.vessel_separation_m.as_ref());
             if let Some(observer) = &mut observer {
                 observer.ais = Some(Ais::new(setup, world.vessels.len(), ais_stream(seed)));
-                observer.briefing.bounds.vessel_separation = bounds.vessel_separation;
             }
-        } else if self.has_fleet() {
+        }
+        if !self.traffic.is_empty() || self.has_fleet() {
             bounds.vessel_separation = draw.take_optional(self.bounds.vessel_separation_m.as_ref());
             if let Some(observer) = &mut observer {
                 observer.briefing.bounds.vessel_separation = bounds.vessel_separation;
@@ -175,18 +173,19 @@ impl Scenario {
     fn check_names(&self) -> Result<(), InvalidScenario> {
         check_name("name", &self.name)?;
         if !(1..=AUVS_MAX).contains(&self.auvs.len()) {
-            let reason = format_args!("{} vehicles; 1 to {AUVS_MAX} are allowed", self.auvs.len());
-            return Err(invalid("auvs", reason));
+            return refused(
+                "auvs",
+                format_args!("{} vehicles; 1 to {AUVS_MAX} are allowed", self.auvs.len()),
+            );
         }
         for (i, auv) in self.auvs.iter().enumerate() {
             let (field, id) = (format!("auvs[{i}].id"), &auv.id);
             check_name(&field, id)?;
             if id == SURFACE_CRAFT {
-                let reason = format_args!("{SURFACE_CRAFT:?} is the name of the surface craft");
-                return Err(invalid(field, reason));
+                return refused(field, format_args!("{SURFACE_CRAFT:?} is the name of the surface craft"));
             }
             if self.auvs[..i].iter().any(|earlier| earlier.id == *id) {
-                return Err(invalid(field, format_args!("{id:?} is the name of two vehicles")));
+                return refused(field, format_args!("{id:?} is the name of two vehicles"));
             }
         }
         self.check_fleet()?;
@@ -195,7 +194,7 @@ impl Scenario {
             let (field, id) = (format!("traffic[{i}].id"), &vessel.id);
             check_name(&field, id)?;
             if self.traffic[..i].iter().any(|earlier| earlier.id == *id) {
-                return Err(invalid(field, format_args!("{id:?} is the identity of two vessels")));
+                return refused(field, format_args!("{id:?} is the identity of two vessels"));
             }
         }
         Ok(())
@@ -218,5 +217,5 @@ fn check_name(field: &str, name: &str) -> Result<(), InvalidScenario> {
         return Ok(());
     }
     let reason = format_args!("{name:?} is not 1 to {ID_LENGTH_MAX} lower-case letters, digits and hyphens");
-    Err(invalid(field, reason))
+    refused(field, reason)
 }

@@ -22,8 +22,7 @@ use crate::world::water::Oscillation;
 /// Largest depth with the GNSS antenna on the tail above water, m. Assumption: half a length.
 const ANTENNA_DEPTH: f64 = 1.0;
 
-/// Largest turn rate of a vehicle that leaves its path, rad/s. Assumption: survey AUVs of 1.5 m/s
-/// turn at 10 m.
+/// Largest turn rate of a vehicle that leaves its path, rad/s: 10 m at 1.5 m/s. Assumption.
 const LEAVING_TURN_RATE: f64 = 0.15;
 
 /// Distance along the path, beyond the distance strayed, within which a vehicle rejoins at the
@@ -240,9 +239,7 @@ impl SimulatedAuv {
 
     /// Sets the state on its track at `time` s in a `current`. `false` without a track.
     pub(crate) fn repeat_track(&mut self, time: f64, current: &Vector2<f64>) -> bool {
-        let Some(track) = &self.track else {
-            return false;
-        };
+        let Some(track) = &self.track else { return false };
         let motion = track.at(time);
         let through_water = motion.velocity - current;
         let u_h = through_water.norm();

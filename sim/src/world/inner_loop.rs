@@ -5,7 +5,7 @@ use crate::world::hull::Drag;
 mod surface;
 mod underwater;
 
-pub use surface::{AutopilotMemory, DELAY_PERIODS_MAX, HeadingLoop, Measured, SpeedSlew, SurfaceAutopilot};
+pub use surface::{AutopilotMemory, DELAY_PERIODS_MAX, HeadingLoop, SpeedSlew, SurfaceAutopilot};
 pub use underwater::{UnderwaterLoops, UnderwaterReference};
 
 /// Period of every inner loop, s. Also the integration step: inputs are held for exactly one step.
@@ -88,8 +88,7 @@ impl SurgeLoop {
         gains.proportional * gains.error(reference, measured) + self.integral
     }
 
-    /// Integrates the error. Anti-windup stops it while saturated actuators give less than `wanted`
-    /// in the error's direction, or more against it.
+    /// Integrates the error, unless the actuators withhold force in its direction (anti-windup).
     ///
     /// `given` is the force after saturation, by a limit of thrust or a moment's priority. A dead
     /// zone is no saturation: integrating leads out of it, and the integral stays below its width.

@@ -47,8 +47,7 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// The limits of `hull` with sound thrusters in calm water. Its masses and drags are positive,
-    /// and every drag grows without limit.
+    /// The limits of `hull` with sound thrusters in calm water; every drag grows without limit.
     pub fn of(hull: &SurfaceHull) -> Self {
         let (m_u, m_v) = (hull.mass_surge, hull.mass_sway);
         let (c_u, c_v) = (hull.coriolis.surge, hull.coriolis.sway);

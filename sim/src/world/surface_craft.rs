@@ -7,7 +7,7 @@ pub use super::hull::{
     CoriolisMasses, Drag, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
 };
 use super::{
-    inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD, SurfaceAutopilot},
+    inner_loop::{AutopilotMemory, DragFeedForward, PERIOD, SurfaceAutopilot},
     integrate::rk4,
     water::WaveAcceleration,
 };
@@ -104,8 +104,7 @@ impl Sea {
 }
 
 impl SurfaceCraft {
-    /// A craft with settled loops on a straight course at a steady `speed` through the water, m/s.
-    /// Position (north, east), m; heading ψ, rad.
+    /// A craft with settled loops at a steady `speed` through the water, m/s, along `heading`.
     pub fn cruising(
         hull: SurfaceHull,
         autopilot: SurfaceAutopilot,
@@ -136,8 +135,8 @@ impl SurfaceCraft {
 
     /// Advances by one inner-loop period.
     pub fn step(&mut self, reference: &Reference, health: ThrusterHealth, sea: &Sea) {
-        let measured = Measured::of(&self.state, &sea.current);
-        let command = self.autopilot.command(&self.hull, &mut self.memory, &measured, reference);
+        let command =
+            self.autopilot.command(&self.hull, &mut self.memory, &self.state, &sea.current, reference);
         let thrust = self.hull.thrusters.steady(command, health);
         // The load that gives a free hull the waves' acceleration.
         let waves = SurfaceInput {

@@ -57,8 +57,7 @@ pub struct SimulatedVessel {
 }
 
 impl SimulatedVessel {
-    /// Advances by one inner-loop period from `time`, among the craft with this position and
-    /// velocity.
+    /// Advances by a period from `time`, among the craft with this position and velocity.
     pub(super) fn step(&mut self, time: f64, craft: Option<(Vector2<f64>, Vector2<f64>)>) {
         let (at, angle) = self.turn;
         let wanted = match self.behaviour {

@@ -53,8 +53,7 @@ pub enum MeanCurrent {
     Gridded(Arc<CurrentGrid>),
 }
 
-/// Change of the whole current, mean and fluctuation, with depth: linear from the surface to
-/// `depth`, constant below.
+/// Change of the whole current with depth: linear from the surface to `depth`, constant below.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shear {
     /// Depth at which the change is complete, m.
@@ -121,8 +120,7 @@ impl Water {
         f64::from(self.periods) * PERIOD
     }
 
-    /// Current (north, east), m/s, at a position (north, east), m, and a depth, m; above the
-    /// surface, that at the surface.
+    /// Current (north, east), m/s, at a position (north, east), m, and a depth, m, 0 at least.
     pub fn current(&self, position: &Vector2<f64>, depth: f64) -> Vector2<f64> {
         let mut current = match &self.mean {
             MeanCurrent::Constant(current) => *current,

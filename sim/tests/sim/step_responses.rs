@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector2;
 use pilotfish_sim::{
-    inner_loop::{AutopilotMemory, DragFeedForward, Measured, PERIOD},
+    inner_loop::{AutopilotMemory, DragFeedForward, PERIOD},
     integrate::rk4,
     surface_craft::{
         SurfaceClass, SurfaceHull, SurfaceInput, SurfaceState, Thrust, ThrusterHealth, Thrusters,
@@ -43,9 +43,8 @@ impl Trial {
     /// The thrust asked for by the loops now, with these references.
     fn thrust(&mut self, speed: f64, heading: f64) -> Thrust {
         let reference = reference(speed, heading);
-        let measured = Measured::of(&self.state, &Vector2::zeros());
-        let autopilot = self.class.autopilot(self.mode);
-        let command = autopilot.command(&self.hull, &mut self.memory, &measured, &reference);
+        let (autopilot, still) = (self.class.autopilot(self.mode), Vector2::zeros());
+        let command = autopilot.command(&self.hull, &mut self.memory, &self.state, &still, &reference);
         self.hull.thrusters.steady(command, ThrusterHealth::SOUND)
     }
 

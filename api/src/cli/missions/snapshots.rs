@@ -31,7 +31,7 @@ impl Guide for RecordedPlanner<'_> {
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
         let guidance = self.planner.guide(snapshot)?;
         if self.every.is_some_and(|every| self.n_plans.is_multiple_of(every)) {
-            self.asked.extend(self.planner.asked().cloned());
+            self.asked.extend(self.planner.planned().map(|(snapshot, _)| snapshot.clone()));
         }
         if let (Some(kept), Some((snapshot, plan))) = (&mut self.predictions, self.planner.planned())
             && self.n_plans.is_multiple_of(PREDICTION_EVERY)

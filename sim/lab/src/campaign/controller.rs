@@ -19,6 +19,7 @@ use crate::{
 mod entry;
 mod variation;
 
+use entry::FigureFile;
 pub use entry::{ControllerFile, CraftKnowledge, LawFile, Paths, PlannerFile, RuleFile};
 pub use variation::{Breakdown, Variation};
 
@@ -73,11 +74,10 @@ impl Controller {
         }
         let goal = scenario.surface_craft.first().map(|craft| &craft.goal);
         let localises = matches!(goal, Some(Goal::Localise(_)));
-        let has_figure = self.entry.planner.as_ref().is_some_and(|planner| planner.figure.is_some());
         let fits = match self.entry.rule {
             Some(RuleFile { name: Rule::Greedy, .. }) => localises,
             Some(_) => matches!(goal, Some(Goal::Visit(_))),
-            None => localises || !has_figure,
+            None => localises || self.figure().is_none(),
         };
         if !fits {
             return false;
@@ -101,9 +101,13 @@ impl Controller {
     /// `true` if it steers several craft: the planner, with all that the scenario grants.
     fn steers_fleets(&self) -> bool {
         let ControlLaw::Planner { forecast: None, .. } = self.law else { return false };
-        let has_figure = self.entry.planner.as_ref().is_some_and(|planner| planner.figure.is_some());
-        let entry = &self.entry;
-        entry.rule.is_none() && entry.variation.is_none() && entry.paths == Paths::AsScenario && !has_figure
+        let Self { entry, .. } = self;
+        let is_plain = entry.rule.is_none() && entry.variation.is_none() && self.figure().is_none();
+        is_plain && entry.paths == Paths::AsScenario
+    }
+
+    pub(super) fn figure(&self) -> Option<FigureFile> {
+        self.entry.planner.as_ref()?.figure
     }
 
     /// The law that steers; `None` for the planner.
@@ -123,8 +127,7 @@ impl Controller {
             ControlLaw::Planner { .. } | ControlLaw::Guide(_) => vec![],
         };
         let dwells = self.entry.rule.as_ref().map(RuleFile::dwells);
-        let figures = self.entry.planner.as_ref().and_then(|planner| planner.figure);
-        let figures = figures.map(|figure| figure.grid());
+        let figures = self.figure().map(|figure| figure.grid());
         Setting::grid(&laws, dwells.unwrap_or_default(), &figures.unwrap_or_default())
     }
 

@@ -55,7 +55,7 @@ pub fn replay(campaign: &Campaign, rows: &Rows, number: u64) -> Result<Replay, R
             ControlLaw::Planner { .. } | ControlLaw::Guide(_) => None,
         },
         dwell_s: cell("dwell_s"),
-        figure: controller.entry.planner.as_ref().and_then(|planner| planner.figure).and_then(|figure| {
+        figure: controller.figure().and_then(|figure| {
             let (radius_m, speed_share) = cell("figure_radius_m").zip(cell("figure_speed_share"))?;
             Some(FixedFigure { kind: figure.kind, radius_m, speed_share })
         }),

@@ -7,7 +7,7 @@ use super::directory::{Directory, DirectoryError};
 use super::fly::no_rows;
 use super::queue::in_parallel;
 use super::rows::Rows;
-use super::tune::{Gains, Tuned, tune, tuned_in};
+use super::tune::{Tuned, tune, tuned_in};
 use super::work::{Work, flown};
 
 /// Progress of a campaign.
@@ -79,7 +79,7 @@ fn found_gains(
     left: &[Chunk],
     jobs: NonZeroUsize,
     progress: &mut (dyn FnMut((u64, u64)) + Send),
-) -> Result<Vec<Gains>, DirectoryError> {
+) -> Result<Vec<Vec<Tuned>>, DirectoryError> {
     let cases = (0..campaign.cases.len()).filter(|case| left.iter().any(|chunk| chunk.case == *case));
     let searches = cases.flat_map(|case| {
         let controllers = tuned_in(campaign, case).into_iter();
@@ -102,9 +102,9 @@ fn found_gains(
         progress(done);
     };
     let found = in_parallel(&searches, jobs, search, &mut note)?;
-    let mut gains = vec![Gains::default(); campaign.cases.len()];
+    let mut gains = vec![vec![]; campaign.cases.len()];
     for ((case, _), tuned) in searches.iter().zip(found) {
-        gains[*case].0.push(tuned);
+        gains[*case].push(tuned);
     }
     Ok(gains)
 }

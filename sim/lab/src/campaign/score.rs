@@ -92,8 +92,8 @@ fn count(n: usize) -> Option<f64> {
     Some(n as f64)
 }
 
-/// The columns; references are those of the first of several craft. Less is better in each, but for `duration_s`, `visits`, `vessel_least_m`,
-/// `craft_separation_m`, `first_turn_rad` and the counts of answers and passed vessels.
+/// The columns, with references of the first of several craft. Less is better, but for
+/// `duration_s`, `visits`, distances from others, turns, and counts of answers and passed vessels.
 pub(super) const SCORES: [Number; 47] = [
     ("rms_m", |_, m, _| Some(m.rms_m)),
     ("mean_m", |_, m, _| Some(m.mean_m)),

@@ -45,9 +45,7 @@ fn by_key<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<RowKey<'a>, f64> {
     let replicates = rows.numbers("replicate").unwrap_or_default();
     let mut values = BTreeMap::new();
     for (i, value) in rows.numbers(metric).unwrap_or_default().iter().enumerate() {
-        let Some(value) = value.filter(|_| failures[i].is_empty()) else {
-            continue;
-        };
+        let Some(value) = value.filter(|_| failures[i].is_empty()) else { continue };
         let replicate = replicates[i].map_or(0, f64::to_bits);
         let key: RowKey<'_> = (controllers[i], [scenarios[i], crafts[i]], replicate);
         if objectives[i].split(' ').any(|name| name == metric) {
@@ -63,9 +61,7 @@ fn by_key<'a>(rows: &'a Rows, metric: &str) -> BTreeMap<RowKey<'a>, f64> {
 fn ratio(values: &BTreeMap<RowKey<'_>, f64>, controller: &str, reference: &str) -> Option<f64> {
     let mut groups: BTreeMap<[&str; 2], (f64, f64)> = BTreeMap::new();
     for (&(_, group, replicate), value) in values.iter().filter(|((name, ..), _)| *name == controller) {
-        let Some(other) = values.get(&(reference, group, replicate)) else {
-            continue;
-        };
+        let Some(other) = values.get(&(reference, group, replicate)) else { continue };
         let logarithm = (0.0 < *value && 0.0 < *other).then(|| (value / other).ln())?;
         let (sum, n) = groups.entry(group).or_default();
         (*sum, *n) = (*sum + logarithm, *n + 1.0);

@@ -5,15 +5,11 @@ use sim::{mission::Mission, record::Row};
 
 use super::score::Score;
 use super::{
-    design::{Campaign, Condition},
+    design::{Campaign, Condition, Run},
     file::Objective,
     fly::{RunGains, fly_while},
     grid::Setting,
 };
-
-/// The best gains of the laws that are tuned in one case.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Gains(pub(super) Vec<Tuned>);
 
 /// The best gains of one law.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,29 +26,22 @@ pub(crate) struct Best {
     pub(super) mean: f64,
 }
 
-impl Gains {
-    /// The gains of `controller` for that objective; `None` if an earlier run has the same gains.
-    pub(super) fn of_run(
-        &self,
-        campaign: &Campaign,
-        controller: usize,
-        objective: usize,
-    ) -> Option<RunGains> {
-        let controller = &campaign.controllers[controller];
-        if !controller.is_tuned() {
-            return Some(RunGains { setting: controller.grid()[0], ..RunGains::default() });
-        }
-        let tuned = self.0.iter().find(|tuned| tuned.controller == controller.name)?;
-        let gains = |k: usize| tuned.best.get(k).map(|best| best.setting);
-        let setting = gains(objective)?;
-        if (0..objective).any(|earlier| gains(earlier) == Some(setting)) {
-            return None;
-        }
-        let objectives = campaign.objectives().iter().enumerate();
-        let shared = objectives.filter(|(k, _)| gains(*k) == Some(setting));
-        let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
-        Some(RunGains { setting, objectives: names.join(" ") })
+/// The gains of `run` of those tuned in its case; `None` if an earlier run has the same gains.
+pub(super) fn gains_of(run: Run, campaign: &Campaign, all: &[Tuned]) -> Option<RunGains> {
+    let controller = &campaign.controllers[run.controller];
+    if !controller.is_tuned() {
+        return Some(RunGains { setting: controller.grid()[0], ..RunGains::default() });
     }
+    let tuned = all.iter().find(|tuned| tuned.controller == controller.name)?;
+    let gains = |k: usize| tuned.best.get(k).map(|best| best.setting);
+    let setting = gains(run.objective)?;
+    if (0..run.objective).any(|earlier| gains(earlier) == Some(setting)) {
+        return None;
+    }
+    let objectives = campaign.objectives().iter().enumerate();
+    let shared = objectives.filter(|(k, _)| gains(*k) == Some(setting));
+    let names: Vec<&str> = shared.map(|(_, objective)| objective.name()).collect();
+    Some(RunGains { setting, objectives: names.join(" ") })
 }
 
 /// Controllers of a case that are tuned.
@@ -71,9 +60,7 @@ pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &m
     for (setting, done) in grid.into_iter().zip(0_u32..) {
         progress(share * f64::from(done));
         let beaten: Vec<f64> = best.iter().map(|best| best.mean).collect();
-        let Some(means) = means(campaign, (case, number), setting, &beaten) else {
-            continue;
-        };
+        let Some(means) = means(campaign, (case, number), setting, &beaten) else { continue };
         if best.is_empty() {
             best.extend(means.iter().map(|&mean| Best { setting, mean }));
         }
@@ -86,8 +73,7 @@ pub(crate) fn tune(campaign: &Campaign, case: usize, number: usize, progress: &m
     Tuned { controller: controller.name.clone(), best }
 }
 
-/// Means of the objectives at `setting`; `None` if a mission failed, or once all must exceed
-/// `beaten`: objectives only grow during a mission.
+/// Means of the objectives at `setting`; `None` if a mission fails, or once all exceed `beaten`.
 fn means(
     campaign: &Campaign,
     (case, controller): (usize, usize),

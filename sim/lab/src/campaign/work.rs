@@ -12,7 +12,7 @@ use super::directory::{Directory, DirectoryError, Manifest};
 use super::fly::{RunGains, bound, no_rows, result};
 use super::queue::in_parallel;
 use super::rows::{Rows, RunRow};
-use super::tune::{Gains, Tuned, tune, tuned_in};
+use super::tune::{Tuned, gains_of, tune, tuned_in};
 use crate::http_guide::NoGuidance;
 
 /// A piece of work.
@@ -96,7 +96,7 @@ impl Work {
                 let tuned = before.iter().map(|bytes| serde_json::from_slice(bytes).ok());
                 let tuned: Option<Vec<Tuned>> = tuned.collect();
                 let is_whole = |tuned: &Vec<Tuned>| tuned.len() == tuned_in(campaign, chunk.case).len();
-                let gains = Gains(tuned.filter(is_whole).ok_or(WorkError::NoGains)?);
+                let gains = tuned.filter(is_whole).ok_or(WorkError::NoGains)?;
                 let rows = flown(campaign, chunk, &gains, NonZeroUsize::MIN)?;
                 let mut bytes = vec![];
                 rows.write(&manifest.about(), &mut bytes)?;
@@ -117,12 +117,12 @@ impl Directory {
 pub(super) fn flown(
     campaign: &Campaign,
     chunk: Chunk,
-    gains: &Gains,
+    gains: &[Tuned],
     threads: NonZeroUsize,
 ) -> Result<Rows, NoGuidance> {
     let mut rows: Vec<RunRow> = vec![];
     for condition in chunk.conditions() {
-        let with_gains = |run: Run| Some((run, gains.of_run(campaign, run.controller, run.objective)?));
+        let with_gains = |run: Run| Some((run, gains_of(run, campaign, gains)?));
         let runs = campaign.runs_in(condition).into_iter().filter_map(with_gains);
         let runs: Vec<(Run, RunGains)> = runs.collect();
         let bound_rms_m = bound(campaign, condition);

@@ -67,8 +67,7 @@ impl<F: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for ModelFit<
     }
 }
 
-/// Least squares of `model`, which gives the residuals at parameters, from `start` on.
-/// Levenberg's and Marquardt's method as MINPACK has it.
+/// Least squares of `model`, which gives the residuals, from `start` on, as MINPACK has it.
 pub(super) fn least_squares(model: impl Fn(&[f64]) -> Vec<f64>, start: &[f64]) -> Fitted {
     let problem = ModelFit { model, parameters: DVector::from_column_slice(start) };
     // How it ended does not matter: the interval describes the point where it stopped.

@@ -113,16 +113,11 @@ pub(super) fn positive(quantity: Quantity, logarithm: Estimate) -> Parameter {
 
 /// A time constant from its logarithm. Near 0, it is well known although the logarithm is not.
 pub(super) fn time_constant(quantity: Quantity, logarithm: Estimate) -> Parameter {
-    let value = logarithm.value.exp();
-    let half = fit::QUANTILE * value * logarithm.sigma;
+    let estimate = logarithm.value.exp();
+    let half = fit::QUANTILE * estimate * logarithm.sigma;
     if half.is_finite() && half <= ABSOLUTE_WIDTH_MAX {
-        return Parameter {
-            quantity,
-            estimate: value,
-            low: (value - half).max(0.0),
-            high: value + half,
-            identified: true,
-        };
+        let (low, high) = ((estimate - half).max(0.0), estimate + half);
+        return Parameter { quantity, estimate, low, high, identified: true };
     }
     positive(quantity, logarithm)
 }
@@ -130,11 +125,7 @@ pub(super) fn time_constant(quantity: Quantity, logarithm: Estimate) -> Paramete
 /// A parameter that may be 0, at least `least`.
 pub(super) fn signed(quantity: Quantity, given: Estimate, least: f64) -> Parameter {
     let half = fit::QUANTILE * given.sigma;
-    Parameter {
-        quantity,
-        estimate: given.value.max(least),
-        low: (given.value - half).max(least),
-        high: (given.value + half).max(least),
-        identified: half <= ABSOLUTE_WIDTH_MAX.max(RELATIVE_WIDTH_MAX * given.value.abs()),
-    }
+    let [low, estimate, high] = [-half, 0.0, half].map(|by| (given.value + by).max(least));
+    let identified = half <= ABSOLUTE_WIDTH_MAX.max(RELATIVE_WIDTH_MAX * given.value.abs());
+    Parameter { quantity, estimate, low, high, identified }
 }

@@ -7,7 +7,9 @@ use sim::metrics::{mean, rms};
 use super::fit::{self, Channels, Estimate, Fitted, least_squares, nearest};
 use super::heading::{Motion, SHORTEST, Water, approached, begin};
 use super::log::{Log, LogRow};
-use super::parameter::{Parameter, Quantity, SLOW_INTEGRAL_TIME, positive, signed, time_constant};
+use super::parameter::{
+    Parameter, Quantity, RELATIVE_WIDTH_MAX, SLOW_INTEGRAL_TIME, positive, signed, time_constant,
+};
 use super::reference::HeldReference;
 
 /// Longest step of the simulation, s.
@@ -185,19 +187,12 @@ fn integrator(rate: Estimate) -> Parameter {
     let half = fit::QUANTILE * rate.sigma;
     let (low, high) = (rate.value - half, rate.value + half);
     let time = |rate: f64| if 0.0 < rate { 1.0 / rate } else { f64::INFINITY };
-    let parameter = |estimate, identified| Parameter {
-        quantity: Quantity::IntegralTime,
-        estimate,
-        low: time(high),
-        high: time(low),
-        identified,
-    };
-    if high < 1.0 / SLOW_INTEGRAL_TIME {
-        parameter(f64::INFINITY, true)
+    let (estimate, identified) = if high < 1.0 / SLOW_INTEGRAL_TIME {
+        (f64::INFINITY, true)
     } else {
-        let is_narrow = half < super::parameter::RELATIVE_WIDTH_MAX * rate.value;
-        parameter(time(rate.value), is_narrow)
-    }
+        (time(rate.value), half < RELATIVE_WIDTH_MAX * rate.value)
+    };
+    Parameter { quantity: Quantity::IntegralTime, estimate, low: time(high), high: time(low), identified }
 }
 
 impl Data<'_> {

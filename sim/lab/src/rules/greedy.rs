@@ -13,8 +13,7 @@ use sim::guide::{Guidance, Guide, GuideError};
 const HEADINGS: u16 = 72;
 
 /// Sails at full speed on the heading after which the next measurements of all AUVs leave the least
-/// sum of variances. It knows the same estimates, forecasts and present variances as the planner,
-/// but neither keep-outs nor the area.
+/// sum of variances. It knows what the planner knows, but neither keep-outs nor the area.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct GreedyGuide;
 

@@ -130,15 +130,11 @@ fn every_rule_replaces_its_goal_by_one_that_planner_and_laws_know() {
         guide.guide(&snapshot(7.0, -50.0, &visits, None)).expect("answers");
     }
     let asked = asked.borrow();
-    let Goal::Intermittent { auvs, dwell_s, epoch_s } = &asked[0] else {
-        panic!("{:?}", asked[0]);
-    };
+    let Goal::Intermittent { auvs, dwell_s, epoch_s } = &asked[0] else { panic!("{:?}", asked[0]) };
     assert_eq!((auvs.len(), *dwell_s, *epoch_s), (4, 40.0, 7.0));
     let nearest = Goal::Track { auv: "auv-1".into() };
     assert!(asked[1..4].iter().all(|goal| *goal == nearest));
-    let Goal::Midpoint { auvs } = &asked[4] else {
-        panic!("{:?}", asked[4]);
-    };
+    let Goal::Midpoint { auvs } = &asked[4] else { panic!("{:?}", asked[4]) };
     let names: BTreeSet<_> = auvs.iter().collect();
     assert_eq!(names, visits.auvs.iter().collect());
     let (auvs, range_m) = (auvs.clone(), RANGE);

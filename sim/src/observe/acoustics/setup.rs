@@ -30,9 +30,8 @@ pub struct AcousticsSetup {
     pub range_max: f64,
     /// Probability that a message at zero range is lost.
     pub loss: f64,
-    /// Probability that a message from `range_max` is lost, at least `loss`. Linear in slant range
-    /// between the two: losses depend on the site (noise, reflections, layers), of which a user can
-    /// know two ends.
+    /// Probability that a message from `range_max` is lost, at least `loss`; linear in slant range
+    /// between the two, of which a user can know the ends.
     pub loss_at_range_max: f64,
     /// Share of received messages with an outlier as position: a reflection, not the direct path.
     pub outlier_share: f64,

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{AisFile, Point, yes};
+pub use crate::observe::ReportedAs;
 use crate::scenario::quantity::{
     AcousticRange, AngleBias, AngleNoise, CorrelationTime, CurrentComponent, Damping, DepthNoise, Factor,
     FrameTime, HalfTurn, MessageTime, Period, PositionNoise, Quantity, RateNoise, Share, ShearDepth,
@@ -151,20 +152,6 @@ pub struct SensorsFile {
     pub yaw_rate_sigma_radps: Option<Quantity<RateNoise>>,
     /// Standard deviation of the speed through the water, m/s; 0 if left out.
     pub speed_sigma_mps: Option<Quantity<SpeedNoise>>,
-}
-
-/// Form of an underwater vehicle's messages in a snapshot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReportedAs {
-    /// `reports`: every message of the last five minutes.
-    #[default]
-    Reports,
-    /// `state`: the newest message, as if it were exact.
-    State,
-    /// `reports` of slant ranges, by a modem without bearings. The first is measured at the start:
-    /// the craft does not know where the vehicle was launched. Outliers are longer, never shorter.
-    Ranges,
 }
 
 /// What makes an AUV send a message.

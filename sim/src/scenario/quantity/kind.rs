@@ -33,8 +33,7 @@ macro_rules! kinds {
 }
 
 kinds! {
-    // North or east of the datum, a tenth of a snapshot's range: no vehicle leaves it in a day at
-    // 3 m/s in a current of 3 m/s.
+    // A tenth of a snapshot's range: no vehicle leaves it in a day at 3 m/s in a current of 3 m/s.
     Coordinate: -1.0e5..=1.0e5, "m";
     Length: 0.01..=1.0e5, "m";
     OffsetComponent: -OFFSET_MAX..=OFFSET_MAX, "m";

@@ -3,7 +3,7 @@
 use planner::craft::CraftDescription;
 
 use super::draw::{Checked, Draw};
-use super::invalid::{InvalidScenario, invalid, of_snapshot};
+use super::invalid::{InvalidScenario, of_snapshot, refused};
 use crate::scenario::quantity::Distribution;
 
 /// First random number of a craft description, beyond those of all other numbers that a file can
@@ -22,10 +22,10 @@ pub(super) fn craft_description(
         None => truth,
     };
     if surge_lag.is_some() && file.is_some_and(|file| file.surge_loop.time_constant_s.is_some()) {
-        return Err(invalid(
+        return refused(
             "surface_craft.limits.surge_lag_s",
             "surface_craft.craft.surge_loop.time_constant_s is given too; give one of them",
-        ));
+        );
     }
     craft.surge_loop.time_constant_s = surge_lag.or(craft.surge_loop.time_constant_s);
     Ok(craft)

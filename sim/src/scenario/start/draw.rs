@@ -7,7 +7,7 @@ use planner::snapshot::AUVS_MAX;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-use super::invalid::{InvalidScenario, invalid};
+use super::invalid::{InvalidScenario, invalid, refused};
 use crate::scenario::{
     file::{ITEMS_MAX, Point},
     quantity::{Distribution, Kind, Quantity, unit_of},
@@ -54,8 +54,7 @@ pub(super) fn ais_stream(seed: u64) -> ChaCha8Rng {
     survey_stream(seed, 2 * AUVS_MAX + 1)
 }
 
-/// The random numbers of the surface craft with this number for a use: those of a scenario's only
-/// craft, or below those of AIS.
+/// The random numbers of this surface craft for a use: a scenario's only one, or below AIS.
 pub(super) fn craft_stream(seed: u64, number: usize, of: Stream) -> ChaCha8Rng {
     match number {
         0 => stream(seed, of),
@@ -147,5 +146,5 @@ pub(super) fn check_count(field: &str, n: usize) -> Result<(), InvalidScenario> 
         return Ok(());
     }
     let reason = format_args!("{n} items; at most {ITEMS_MAX} are allowed");
-    Err(invalid(field, reason))
+    refused(field, reason)
 }

@@ -6,13 +6,15 @@ use nalgebra::Vector2;
 use planner::snapshot::{KeepOut, NoGo, bounds_faults, clockwise, no_go_faults};
 
 use super::draw::{Draw, Stream, check_count, craft_stream, stream};
-use super::invalid::{InvalidScenario, invalid, of_snapshot};
-use crate::observe::{Acoustics, AcousticsSetup, Briefing, Observer, SensorSetup, SurfaceSensors};
+use super::invalid::{InvalidScenario, invalid, of_snapshot, refused};
+use crate::observe::{
+    Acoustics, AcousticsSetup, Briefing, Observer, ReportedAs, SensorSetup, SurfaceSensors,
+};
 use crate::own_navigation::RangingFaults;
 use crate::record::Bounds;
 use crate::scenario::file::{
-    AcousticsFile, BoundsFile, Calls, CurrentFile, FaultFile, FaultKindFile, RangingFile, ReportedAs,
-    Scenario, SensorsFile, WaterFile,
+    AcousticsFile, BoundsFile, Calls, CurrentFile, FaultFile, FaultKindFile, RangingFile, Scenario,
+    SensorsFile, WaterFile,
 };
 use crate::world::World;
 use crate::world::fault::{Fault, FaultKind, Faults};
@@ -81,10 +83,7 @@ impl Scenario {
                     | FaultKindFile::AuvLeavesPath { .. }
             );
             if of.is_some() && is_of_auv {
-                return Err(invalid(
-                    format!("faults[{i}].craft"),
-                    "a fault of an AUV has no craft: leave it out",
-                ));
+                return refused(format!("faults[{i}].craft"), "a fault of an AUV has no craft: leave it out");
             }
             if of.is_none_or(|of| of == number) {
                 faults.push(fault);
@@ -98,7 +97,7 @@ impl Scenario {
         let until = draw.take_or(file.until_s.as_ref(), f64::INFINITY);
         if until <= from {
             let reason = format_args!("{until} s is not after the start at {from} s");
-            return Err(invalid(format!("faults[{i}].until_s"), reason));
+            return refused(format!("faults[{i}].until_s"), reason);
         }
         let auv = |kind: &str, id: &str| self.auv_called(&format!("faults[{i}].what.{kind}.auv"), id);
         let moved = |kind: &str, id: &str| {
@@ -107,7 +106,7 @@ impl Scenario {
                 return Ok(number);
             }
             let reason = format_args!("{id:?} repeats its recorded track, whatever happens");
-            Err(invalid(format!("faults[{i}].what.{kind}.auv"), reason))
+            refused(format!("faults[{i}].what.{kind}.auv"), reason)
         };
         let what = match &file.what {
             FaultKindFile::Thruster { side, share } => {
@@ -182,14 +181,14 @@ impl Scenario {
             outlier_sigma: draw.take_or(file.outlier_sigma_m.as_ref(), 10.0 * position_sigma),
         };
         if file.reported_as == ReportedAs::State && !file.course_and_speed {
-            return Err(invalid(
+            return refused(
                 "knowledge.acoustics.course_and_speed",
                 "a state has course and speed; reported_as = \"reports\" needs none",
-            ));
+            );
         }
         if file.calls != Calls::Unasked && !self.has_fleet() {
             let reason = "one surface craft has the slots for itself; leave it out";
-            return Err(invalid("knowledge.acoustics.calls", reason));
+            return refused("knowledge.acoustics.calls", reason);
         }
         let check = |member, value, range| within(format!("knowledge.acoustics.{member}"), value, range);
         let longest = setup.latency.min(setup.frame);
@@ -267,5 +266,5 @@ fn within(field: impl Into<String>, value: f64, range: RangeInclusive<f64>) -> R
     }
     let (least, most) = range.into_inner();
     let reason = format_args!("{value} is outside {least} to {most}, the limits that other members set");
-    Err(invalid(field, reason))
+    refused(field, reason)
 }

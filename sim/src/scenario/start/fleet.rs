@@ -4,7 +4,7 @@ use planner::fleet::CRAFT_MAX;
 
 use super::check_name;
 use super::draw::Draw;
-use super::invalid::{InvalidScenario, invalid};
+use super::invalid::{InvalidScenario, invalid, refused};
 use crate::observe::Briefing;
 use crate::scenario::file::{Scenario, SurfaceCraftFile};
 use crate::world::SurfaceCraft;
@@ -29,7 +29,7 @@ impl Scenario {
                 |file: &SurfaceCraftFile| file.serves.as_ref().is_none_or(|ids| ids.contains(&id.0));
             if self.has_fleet() && !self.surface_craft.iter().any(may_serve) {
                 let reason = format_args!("no craft may serve {:?}: add it to `serves` of one", id.0);
-                return Err(invalid("surface_craft[0].goal", reason));
+                return refused("surface_craft[0].goal", reason);
             }
         }
         Ok(all)
@@ -45,13 +45,13 @@ impl Scenario {
     pub(super) fn check_fleet(&self) -> Result<(), InvalidScenario> {
         let n = self.surface_craft.len();
         if CRAFT_MAX < n {
-            return Err(invalid("surface_craft", format_args!("{n} craft; at most {CRAFT_MAX} are allowed")));
+            return refused("surface_craft", format_args!("{n} craft; at most {CRAFT_MAX} are allowed"));
         }
         if !self.has_fleet() {
             return Ok(());
         }
         if !self.traffic.is_empty() {
-            return Err(invalid("traffic", "several surface craft meet no other vessels"));
+            return refused("traffic", "several surface craft meet no other vessels");
         }
         for (i, craft) in self.surface_craft.iter().enumerate() {
             self.check_craft(i, craft)?;
@@ -65,14 +65,14 @@ impl Scenario {
         check_name(&field, id)?;
         let of_craft = self.surface_craft[..i].iter().any(|other| other.id.as_ref() == Some(id));
         if of_craft || self.auvs.iter().any(|auv| auv.id == *id) {
-            return Err(invalid(field, format_args!("{id:?} is the name of two vehicles")));
+            return refused(field, format_args!("{id:?} is the name of two vehicles"));
         }
         for (j, auv) in craft.serves.iter().flatten().enumerate() {
             self.auv_called(&format!("surface_craft[{i}].serves[{j}]"), auv)?;
         }
         if craft.parameters != planner::tuned::Tuned::DEFAULT {
             let field = format!("surface_craft[{i}].parameters");
-            return Err(invalid(field, "several craft are planned for with the planner's own"));
+            return refused(field, "several craft are planned for with the planner's own");
         }
         Ok(())
     }

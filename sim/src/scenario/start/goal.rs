@@ -8,7 +8,7 @@ use planner::{
 };
 
 use super::draw::{Checked, Draw};
-use super::invalid::{InvalidScenario, invalid, of_snapshot};
+use super::invalid::{InvalidScenario, of_snapshot, refused};
 use crate::scenario::file::{Scenario, SurfaceCraftFile};
 
 impl Scenario {
@@ -30,15 +30,15 @@ impl Scenario {
         let task = Task { goal, offset };
         let is_along_path = matches!(task.offset, Some(Offset::Path { .. }));
         if is_along_path && task.goal.follows_one() && !self.knowledge.paths {
-            return Err(invalid(
+            return refused(
                 "surface_craft.goal_offset.path",
                 "the surface craft knows no paths; set knowledge.paths",
-            ));
+            );
         }
         match task.faults(&self.known_auvs()).first() {
             None => Ok(task),
             Some(fault) if fault.pointer.starts_with("/goal/offset") => {
-                Err(invalid("surface_craft.goal_offset.path", fault.words()))
+                refused("surface_craft.goal_offset.path", fault.words())
             }
             Some(fault) => {
                 // A scenario's goal is in a table of its kind.

@@ -35,6 +35,11 @@ pub(super) fn of_snapshot(table: &str, pointer: &str, fault: &FieldError) -> Inv
     invalid(field, fault.words())
 }
 
+/// Refuses the member at `field`.
+pub(super) fn refused<T>(field: impl Into<String>, reason: impl Display) -> Result<T, InvalidScenario> {
+    Err(invalid(field, reason))
+}
+
 pub(super) fn invalid(field: impl Into<String>, reason: impl Display) -> InvalidScenario {
     InvalidScenario { field: field.into(), reason: reason.to_string() }
 }

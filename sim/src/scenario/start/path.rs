@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use planner::path::{Path, Segment, SpeedProfile, TURN_RADIUS};
 
 use super::draw::{Draw, check_count, survey_stream};
-use super::invalid::{InvalidScenario, invalid};
+use super::invalid::{InvalidScenario, invalid, refused};
 use super::survey::SurveyConstraints;
 use crate::{
     record::Origin,
@@ -38,7 +38,7 @@ impl Scenario {
             PathFile::LawnMower { from, heading_rad, lane_length_m, lane_spacing_m, lanes } => {
                 if !(1..=LANES_MAX).contains(lanes) {
                     let fault = format_args!("{lanes} is outside 1 to {LANES_MAX}");
-                    return Err(invalid(format!("{field}.lanes"), fault));
+                    return refused(format!("{field}.lanes"), fault);
                 }
                 let from = draw.point(from);
                 let heading = draw.take(heading_rad);
@@ -49,7 +49,7 @@ impl Scenario {
             PathFile::Waypoints { points, fillet_m, turn_radius_m, closed } => {
                 let points = draw.points(points).into_iter().map(Into::into).collect();
                 let (fillet_m, turn_radius_m) = match (fillet_m, turn_radius_m) {
-                    (Some(_), Some(_)) => return Err(invalid(field, "fillet_m or turn_radius_m, not both")),
+                    (Some(_), Some(_)) => return refused(field, "fillet_m or turn_radius_m, not both"),
                     (Some(fillet), None) => (Some(draw.take(fillet)), None),
                     (None, radius) => (None, Some(draw.take_or(radius.as_ref(), TURN_RADIUS))),
                 };
@@ -115,11 +115,11 @@ pub(super) fn speed_profile(
     let mut knots = vec![(0.0, draw.take_or(file.speed_mps.as_ref(), class.speed()))];
     if let Some(profile) = &file.speed_profile {
         if file.speed_mps.is_some() {
-            return Err(invalid(field, "speed_mps is given too; give one of them"));
+            return refused(field, "speed_mps is given too; give one of them");
         }
         check_count(&field, profile.len())?;
         if profile.is_empty() {
-            return Err(invalid(field, "a profile has at least one knot"));
+            return refused(field, "a profile has at least one knot");
         }
         let knot = |knot: &SpeedKnot| (draw.take(&knot.along_m), draw.take(&knot.speed_mps));
         knots = profile.iter().map(knot).collect();
@@ -129,7 +129,7 @@ pub(super) fn speed_profile(
         if hull.force_max < hull.drag_surge.resistance(*speed) {
             let most = hull.force_max;
             let reason = format_args!("{speed} m/s needs more than the {most} N of the vehicle");
-            return Err(invalid(format!("auvs[{i}].speed_mps"), reason));
+            return refused(format!("auvs[{i}].speed_mps"), reason);
         }
     }
     SpeedProfile::new(knots).map_err(|error| invalid(field, error))

@@ -10,7 +10,7 @@ use planner::{
 use rand::{RngExt, seq::IndexedRandom};
 use rand_chacha::ChaCha8Rng;
 
-use super::invalid::{InvalidScenario, invalid};
+use super::invalid::{InvalidScenario, invalid, refused};
 use crate::scenario::file::SurveyPattern;
 
 /// Lengths of lanes and legs, in turn radii. Each of a leg's two corners takes up to tan 75° = 3.7.
@@ -40,7 +40,7 @@ impl SurveyConstraints {
         let at_least = |member: &str, length: f64, radii: f64| {
             if length < radii * radius {
                 let reason = format_args!("{length} m is less than {radii} turn radii of {radius} m");
-                return Err(invalid(format!("{field}.{member}"), reason));
+                return refused(format!("{field}.{member}"), reason);
             }
             Ok(length)
         };
@@ -128,8 +128,7 @@ fn expanding_square(longest: f64, spacing: f64) -> Vec<Vector2<f64>> {
     joined(legs)
 }
 
-/// Points an eighth of a turn apart on a spiral whose turns are `spacing` m apart, up to a diameter
-/// of twice `longest` m.
+/// Points an eighth of a turn apart on a spiral of turns `spacing` m apart, within `longest` m.
 fn spiral(longest: f64, spacing: f64) -> Vec<Vector2<f64>> {
     let at = |k: u32| direction(f64::from(k) * FRAC_PI_4) * spacing * (1.0 + 0.125 * f64::from(k));
     let points = (0..).map(at).take_while(|point| point.norm() <= longest);

@@ -5,7 +5,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 use geodesy::Datum;
 use nalgebra::Vector2;
 
-use super::invalid::{InvalidScenario, invalid};
+use super::invalid::{InvalidScenario, invalid, refused};
 use crate::{
     record::Origin,
     scenario::{
@@ -74,7 +74,7 @@ impl Scenario {
                     "begins {first} s after the earliest of the tracks; a mission lasts {} s at most: have they one clock?",
                     MissionTime::MAX
                 );
-                return Err(invalid(format!("auvs[{i}].track"), reason));
+                return refused(format!("auvs[{i}].track"), reason);
             }
         }
         Ok(tracks)

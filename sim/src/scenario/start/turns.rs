@@ -14,8 +14,7 @@ const SHARE_MAX: f64 = 0.45;
 /// ```text
 /// P  →  P + late a,  P + min(4 |late|, 0.45 L) b
 /// ```
-/// with the directions a of the leg before and b of the leg after, which is L long. Both turns have
-/// the radius of the plan's.
+/// with the directions a and b of the legs before and after, the latter L long.
 pub(super) fn turning_late(plan: &Path, late: f64) -> Result<Path, String> {
     let mut segments = plan.segments().to_vec();
     let mut with_turns = 0;

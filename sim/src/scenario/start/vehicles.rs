@@ -12,16 +12,16 @@ use planner::{
 
 use super::craft::craft_description;
 use super::draw::{Checked, Draw, weave_stream};
-use super::invalid::{InvalidScenario, invalid, of_snapshot};
+use super::invalid::{InvalidScenario, invalid, of_snapshot, refused};
 use super::path::{point_out_of_range, speed_profile};
 use super::turns::turning_late;
 use crate::{
-    observe::{Briefing, Messages},
+    observe::Briefing,
     record::{Bounds, Origin},
     scenario::{
         file::{
-            AuvFile, CurrentKnowledge, NavigationErrorFile, RandomCraftFile, ReportedAs, Scenario,
-            SurfaceClassFile, SurfaceCraftFile, TrackingErrorFile,
+            AuvFile, CurrentKnowledge, NavigationErrorFile, RandomCraftFile, Scenario, SurfaceClassFile,
+            SurfaceCraftFile, TrackingErrorFile,
         },
         quantity::{Coordinate, Distribution, Kind},
     },
@@ -55,11 +55,12 @@ impl Scenario {
         let thrust_max = 2.0 * hull.thrusters.ahead_max;
         if thrust_max < hull.drag_surge.resistance(speed) {
             let reason = format_args!("{speed} m/s needs more than the {thrust_max} N of both thrusters");
-            return Err(invalid("surface_craft.speed_mps", reason));
+            return refused("surface_craft.speed_mps", reason);
         }
         let craft = SurfaceCraft::cruising(hull, kind.autopilot, &position, heading, speed);
         let Task { goal, offset } = self.task(file, draw)?;
         let declared = declared_limits(&file.limits, draw)?;
+        let acoustics = self.knowledge.acoustics.as_ref();
         let briefing = Briefing {
             goal,
             offset,
@@ -70,14 +71,8 @@ impl Scenario {
             current: self.knowledge.current == CurrentKnowledge::Known,
             paths: self.knowledge.paths,
             forecast: if self.knowledge.known_paths_only { Forecast::Declared } else { Forecast::Auto },
-            messages: match &self.knowledge.acoustics {
-                Some(file) if file.reported_as == ReportedAs::State => Messages::NewestAsState,
-                Some(file) if file.reported_as == ReportedAs::Ranges => {
-                    Messages::Ranges { course_and_speed: file.course_and_speed }
-                }
-                Some(file) if !file.course_and_speed => Messages::Positions,
-                _ => Messages::Reports,
-            },
+            reported_as: acoustics.map(|file| file.reported_as).unwrap_or_default(),
+            course_and_speed: acoustics.is_none_or(|file| file.course_and_speed),
             bounds: Bounds::default(),
         };
         Ok((craft, briefing, draw.take(&file.contact_range_m)))
@@ -127,7 +122,7 @@ impl Scenario {
             // A track replaces it.
             (None, Some(first)) => Path::starting_at(first.position, 0.0).line(1.0),
             (None, None) => {
-                return Err(invalid(format!("auvs[{i}].path"), "is missing; give path or track"));
+                return refused(format!("auvs[{i}].path"), "is missing; give path or track");
             }
         };
         if let Some(far) = point_out_of_range(&path) {
@@ -135,7 +130,7 @@ impl Scenario {
             let reason = format_args!(
                 "the path reaches {north:.0} m north, {east:.0} m east of the datum; {most} m are allowed"
             );
-            return Err(invalid(format!("auvs[{i}].path"), reason));
+            return refused(format!("auvs[{i}].path"), reason);
         }
         let offset = Vector2::new(
             draw.take_or(file.north_of_path_m.as_ref(), 0.0),
@@ -153,7 +148,7 @@ impl Scenario {
         if dive.depth_max <= dive.depth_min {
             let (deepest, shallowest) = (dive.depth_max, dive.depth_min);
             let reason = format_args!("{deepest} m is not below depth_min_m, {shallowest} m");
-            return Err(invalid(format!("auvs[{i}].dive.depth_max_m"), reason));
+            return refused(format!("auvs[{i}].dive.depth_max_m"), reason);
         }
         let depth = draw.take_or(file.depth_m.as_ref(), dive.depth_min);
         for point in &mut track {
@@ -216,9 +211,7 @@ impl Scenario {
 /// Error of an AUV's navigation at the start, m, and its growth for each metre through the water.
 /// Drawn only if given: every number has a stream of its own, in order.
 fn navigation_error(file: Option<&NavigationErrorFile>, draw: &mut Draw) -> (Vector2<f64>, Vector2<f64>) {
-    let Some(error) = file else {
-        return (Vector2::zeros(), Vector2::zeros());
-    };
+    let Some(error) = file else { return (Vector2::zeros(), Vector2::zeros()) };
     let mut drawn = |file: Option<&_>| draw.take_or(file, 0.0);
     let at_first = Vector2::new(drawn(error.north_m.as_ref()), drawn(error.east_m.as_ref()));
     let share = draw.take_or(error.drift_share.as_ref(), 0.0);
@@ -226,8 +219,7 @@ fn navigation_error(file: Option<&NavigationErrorFile>, draw: &mut Draw) -> (Vec
     (at_first, direction(heading) * share)
 }
 
-/// The deviations of AUV number `i` from its path, and the distance by which it turns late, m. Each
-/// number is drawn only if given.
+/// The deviations of AUV number `i` from its path, and how late it turns, m, drawn if given.
 fn tracking_error(i: usize, file: &TrackingErrorFile, draw: &mut Draw) -> (TrackingError, Option<f64>) {
     let weave = file.weave.as_ref().map(|weave| {
         let (amplitude, period) = (draw.take(&weave.amplitude_m), draw.take(&weave.period_s));
@@ -293,7 +285,7 @@ fn limits(file: &DeclaredLimits, class: &Limits) -> Result<Limits, InvalidScenar
     if limits.speed_max < limits.speed_min + 0.05 {
         let (most, least) = (limits.speed_max, limits.speed_min);
         let reason = format_args!("{most} m/s is less than 0.05 m/s above speed_min_mps, {least} m/s");
-        return Err(invalid("surface_craft.limits.speed_max_mps", reason));
+        return refused("surface_craft.limits.speed_max_mps", reason);
     }
     Ok(limits)
 }

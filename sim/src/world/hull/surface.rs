@@ -12,9 +12,8 @@ pub use thrusters::{Thrust, ThrusterHealth, Thrusters};
 
 /// Masses in the Coriolis terms, kg.
 ///
-/// With added mass they are m_u and m_v. Their difference makes the Munk moment (c_u − c_v) u v,
-/// which turns a slender hull across its way. Otherwise both are the dry mass, without that moment.
-/// Neither choice does work.
+/// With added mass they are m_u and m_v, whose difference makes the Munk moment (c_u − c_v) u v.
+/// Otherwise both are the dry mass. Neither choice does work.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoriolisMasses {
     /// In surge c_u, kg.
@@ -128,7 +127,7 @@ impl SurfaceHull {
     ) -> SurfaceState {
         let velocity = Vector3::new(state[3], state[4], state[5]);
         let over_ground = ned_from_body(state[2]) * velocity.xy() + current;
-        let propulsion = self.thrusters.force(thrust(state));
+        let propulsion = self.thrusters.force(Thrust { port: state[6], starboard: state[7] });
         let acceleration = self.acceleration(
             &velocity,
             SurfaceInput {
@@ -149,18 +148,6 @@ impl SurfaceHull {
         ])
     }
 
-    /// Kinetic energy of hull and entrained water, J.
-    pub fn kinetic_energy(&self, velocity: &Vector3<f64>) -> f64 {
-        let masses = Vector3::new(self.mass_surge, self.mass_sway, self.inertia_yaw);
-        0.5 * velocity.component_mul(velocity).dot(&masses)
-    }
-
-    /// Power of the thrusters on hull and water, W, negative while they brake: τ_u u + τ_r r.
-    pub fn thrust_power(&self, state: &SurfaceState) -> f64 {
-        let propulsion = self.thrusters.force(thrust(state));
-        propulsion.surge_force * state[3] + propulsion.yaw_moment * state[5]
-    }
-
     /// Power that the thrusters draw, W, never negative: thrust times the speed of the hull at the
     /// thruster, each by its size, because a braking propeller returns nothing.
     ///
@@ -172,8 +159,4 @@ impl SurfaceHull {
         let (u, swing) = (state[3], self.thrusters.arm * state[5]);
         (state[6] * (u + swing)).abs() + (state[7] * (u - swing)).abs()
     }
-}
-
-fn thrust(state: &SurfaceState) -> Thrust {
-    Thrust { port: state[6], starboard: state[7] }
 }

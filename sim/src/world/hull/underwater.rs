@@ -40,8 +40,7 @@ pub struct UnderwaterHull {
 
 /// State of an underwater vehicle: (north, east, z, θ, ψ, u, q, r) in m, rad, m/s and rad/s.
 ///
-/// z is depth, positive down; θ is positive nose-up; u is along the body, through the water; angles
-/// are not wrapped.
+/// Depth z is positive down; θ nose-up; u along the body through the water; angles not wrapped.
 pub type UnderwaterState = SVector<f64, 8>;
 
 /// Force and moments of the actuators.

@@ -18,8 +18,7 @@ pub use delay::DELAY_PERIODS_MAX;
 pub use heading::HeadingLoop;
 use heading::HeadingMemory;
 
-/// Speed over ground below which a course is noise and the loop holds the heading, m/s. Assumption:
-/// twice the error of GNSS, 0.05 m/s.
+/// Speed over ground below which a course is noise, m/s. Assumption: twice the error of GNSS.
 const COURSE_SPEED_MIN: f64 = 0.1;
 
 /// A surface craft's inner loops as data.
@@ -72,48 +71,6 @@ impl AutopilotMemory {
     }
 }
 
-/// Measurements of the autopilot: its own craft without error.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Measured {
-    /// Heading ψ, rad, not wrapped.
-    pub heading: f64,
-    /// Surge speed through the water, m/s.
-    pub surge: f64,
-    /// Yaw rate, rad/s.
-    pub yaw_rate: f64,
-    /// Velocity over ground (north, east), m/s.
-    pub over_ground: Vector2<f64>,
-}
-
-impl Measured {
-    /// Measurements of a craft in a current (north, east), m/s.
-    pub fn of(state: &SurfaceState, current: &Vector2<f64>) -> Self {
-        Self {
-            heading: state[2],
-            surge: state[3],
-            yaw_rate: state[5],
-            over_ground: ned_from_body(state[2]) * Vector2::new(state[3], state[4]) + current,
-        }
-    }
-
-    fn speed(&self, held: SpeedReference) -> f64 {
-        match held {
-            SpeedReference::ThroughWater => self.surge,
-            SpeedReference::OverGround => self.over_ground.dot(&direction(self.heading)),
-        }
-    }
-
-    /// The angle that the heading loop holds, rad.
-    fn angle(&self, held: HeadingReference) -> f64 {
-        match held {
-            HeadingReference::Course if COURSE_SPEED_MIN <= self.over_ground.norm() => {
-                self.over_ground.y.atan2(self.over_ground.x)
-            }
-            HeadingReference::Course | HeadingReference::Heading => self.heading,
-        }
-    }
-}
-
 impl SurfaceAutopilot {
     /// The MEDUSA class's, without drag feed-forward. Source: IST Lisbon's vehicles.
     pub const MEDUSA: Self = Self {
@@ -137,7 +94,7 @@ impl SurfaceAutopilot {
         ..Self::MEDUSA
     };
 
-    /// One period: the commands to the thrusters, within their limits.
+    /// The commands to the thrusters for one period in a `current` (north, east), m/s.
     ///
     /// ```text
     /// τ_u = k_p ε + k_i ∫ε dt (+ D_u(u))      τ_r by the heading loop
@@ -148,28 +105,39 @@ impl SurfaceAutopilot {
         &self,
         hull: &SurfaceHull,
         memory: &mut AutopilotMemory,
-        measured: &Measured,
+        state: &SurfaceState,
+        current: &Vector2<f64>,
         reference: &Reference,
     ) -> Thrust {
         let reference = memory.delay.pass(*reference, self.delay_periods);
-        let (u, psi) = (measured.speed(self.speed_held), measured.angle(self.heading_held));
+        let over_ground = ned_from_body(state[2]) * Vector2::new(state[3], state[4]) + current;
+        let (u, psi) = self.held(state, &over_ground);
         memory.speed = self.slewed(memory.speed, reference.speed);
         let wanted = SurfaceInput {
             surge_force: memory.surge.force(&self.surge, memory.speed, u)
                 + self.feed_forward.force(u, &hull.drag_surge),
-            yaw_moment: self.heading.moment(
-                hull,
-                &mut memory.heading,
-                psi,
-                measured.yaw_rate,
-                reference.heading,
-            ),
+            yaw_moment: self.heading.moment(hull, &mut memory.heading, psi, state[5], reference.heading),
         };
         let command = hull.thrusters.allocate(wanted);
         let given = hull.thrusters.force(command);
         memory.surge.integrate(&self.surge, memory.speed, u, wanted.surge_force, given.surge_force);
         memory.heading.integrate(wanted.yaw_moment, given.yaw_moment);
         command
+    }
+
+    /// The speed, m/s, and the angle, rad, that the loops hold.
+    fn held(&self, state: &SurfaceState, over_ground: &Vector2<f64>) -> (f64, f64) {
+        let speed = match self.speed_held {
+            SpeedReference::ThroughWater => state[3],
+            SpeedReference::OverGround => over_ground.dot(&direction(state[2])),
+        };
+        let angle = match self.heading_held {
+            HeadingReference::Course if COURSE_SPEED_MIN <= over_ground.norm() => {
+                over_ground.y.atan2(over_ground.x)
+            }
+            HeadingReference::Course | HeadingReference::Heading => state[2],
+        };
+        (speed, angle)
     }
 
     fn slewed(&self, before: f64, asked: f64) -> f64 {
@@ -186,9 +154,10 @@ impl SurfaceAutopilot {
 mod tests {
     use super::*;
 
-    fn at(u: f64, r: f64) -> Measured {
-        let state = SurfaceState::from([0.0, 0.0, 0.0, u, 0.0, r, 0.0, 0.0]);
-        Measured::of(&state, &Vector2::zeros())
+    const STILL: Vector2<f64> = Vector2::new(0.0, 0.0);
+
+    fn at(u: f64, r: f64) -> SurfaceState {
+        SurfaceState::from([0.0, 0.0, 0.0, u, 0.0, r, 0.0, 0.0])
     }
 
     #[test]
@@ -203,8 +172,8 @@ mod tests {
             };
             let settled = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, 0.3, 0.0);
             let mut memory = settled.clone();
-            let measured = at(0.3, 0.0007 * f64::from(k));
-            let _ = autopilot.command(&hull, &mut memory, &measured, &reference);
+            let state = at(0.3, 0.0007 * f64::from(k));
+            let _ = autopilot.command(&hull, &mut memory, &state, &STILL, &reference);
             assert!(reference.speed == 0.3 || memory.surge != settled.surge, "period {k}");
         }
     }
@@ -216,7 +185,7 @@ mod tests {
         for delay_periods in [0, 1, 7, DELAY_PERIODS_MAX] {
             let autopilot = SurfaceAutopilot { delay_periods, ..SurfaceAutopilot::MEDUSA };
             let mut memory = AutopilotMemory::settled_at(&autopilot, hull.drag_surge, 0.3, 0.0);
-            let mut turns = || autopilot.command(&hull, &mut memory, &at(0.3, 0.0), &asked);
+            let mut turns = || autopilot.command(&hull, &mut memory, &at(0.3, 0.0), &STILL, &asked);
             let waited = (0..).take_while(|_| {
                 let thrust = turns();
                 (thrust.port - thrust.starboard).abs() < 1e-9
@@ -233,11 +202,10 @@ mod tests {
             ..SurfaceAutopilot::MEDUSA
         };
         // By hand: 0.3 m/s to the north through water that flows east at 0.4 m/s.
-        let measured =
-            Measured { heading: 0.0, surge: 0.3, yaw_rate: 0.0, over_ground: Vector2::new(0.3, 0.4) };
-        assert!((measured.speed(autopilot.speed_held) - 0.3).abs() < 1e-12);
-        assert!((measured.angle(autopilot.heading_held) - (4.0_f64 / 3.0).atan()).abs() < 1e-12);
-        let adrift = Measured { over_ground: Vector2::new(0.05, 0.05), ..measured };
-        assert_eq!(adrift.angle(autopilot.heading_held), 0.0);
+        let (speed, angle) = autopilot.held(&at(0.3, 0.0), &Vector2::new(0.3, 0.4));
+        assert!((speed - 0.3).abs() < 1e-12);
+        assert!((angle - (4.0_f64 / 3.0).atan()).abs() < 1e-12);
+        let (_, adrift) = autopilot.held(&at(0.3, 0.0), &Vector2::new(0.05, 0.05));
+        assert_eq!(adrift, 0.0);
     }
 }

@@ -52,8 +52,7 @@ impl UnderwaterLoops {
 
     /// Duration of a reversal, s: from passing the depth that ends a leg to passing it again.
     ///
-    /// Inversely proportional to the frequency of the pitch loop, as simulated dives show
-    /// (docs/rationale.md#sim-dive-reversal).
+    /// Inversely proportional to the pitch loop's frequency (docs/rationale.md#sim-dive-reversal).
     pub fn reversal_time(&self) -> f64 {
         const PHASE: f64 = 4.2;
         PHASE / self.pitch_frequency

@@ -51,8 +51,7 @@ const SPEED_TIME_LARGE: f64 = 70.0;
 const HEADING_ERROR_MAX: f64 = 0.06;
 /// Largest speed error at the end of a step, as a share of the reference.
 const SPEED_ERROR_SHARE: f64 = 0.05;
-/// Longest time to 63 % of a small step beyond its delay, s. Assumption: a third more than 8 s and
-/// the time of a limited rate.
+/// Longest time to 63 % of a small step beyond its delay, s: a third more than 8 s. Assumption.
 const TIME_TO_63_MAX: f64 = 12.0;
 
 /// The result of step tests.
@@ -167,9 +166,7 @@ impl StepTest<'_> {
         let mut best: Option<(f64, f64)> = None;
         for share in TURN_SHARES {
             let rate = share * turn_rate;
-            let Some(speed) = self.speed_max(top, rate) else {
-                continue;
-            };
+            let Some(speed) = self.speed_max(top, rate) else { continue };
             if best.is_none_or(|(_, slower)| slower < speed) {
                 best = Some((rate, speed));
             }

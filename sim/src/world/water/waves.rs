@@ -32,8 +32,7 @@ use std::f64::consts::{LN_2, TAU};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Sinusoids in each motion: enough for a normal distribution (kurtosis 3 − 3 / 2N = 2.95), and
-/// still cheap (docs/rationale.md#sim-sinusoids).
+/// Sinusoids in each motion: nearly normal (kurtosis 2.95; docs/rationale.md#sim-sinusoids).
 const N_SINUSOIDS: u32 = 32;
 /// Logarithm of the band's upper edge over ω₀, and of ω₀ over the lower edge. Assumption: swell and
 /// wind waves that move a small craft lie within an octave of the peak.
@@ -48,8 +47,7 @@ pub struct Waves {
     pub surge_sigma: f64,
     /// Period of the spectrum's peak 2π/ω₀ as met by the craft, s, in [1, 30].
     pub peak_period: f64,
-    /// Relative damping λ: the width of the peak, in [0.01, 0.5]; 0.1 for a narrow sea, 0.26 for a
-    /// fully developed one (same source).
+    /// Relative damping λ in [0.01, 0.5]: 0.1 for a narrow sea, 0.26 for a fully developed one.
     pub damping: f64,
 }
 
@@ -99,8 +97,7 @@ struct Sinusoid {
 }
 
 impl Oscillation {
-    /// The motion of standard deviation `sigma`, spectral peak at `peak_period` s and relative
-    /// `damping` that `rng` draws.
+    /// The motion of deviation `sigma`, peak at `peak_period` s and relative `damping`, from `rng`.
     pub(crate) fn new(sigma: f64, peak_period: f64, damping: f64, rng: &mut ChaCha8Rng) -> Self {
         let n = f64::from(N_SINUSOIDS);
         let (lambda, omega_0) = (damping, TAU / peak_period);

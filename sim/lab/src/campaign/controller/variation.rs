@@ -1,10 +1,11 @@
 //! Variations: differences from the scenario or the craft for one controller.
 
 use planner::path::Side;
-use planner::snapshot::{Goal, PlanRequest, VehicleId};
+use planner::snapshot::{Goal, PlanRequest};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use sim::fault::{Fault, FaultKind};
+use sim::mission::in_turn;
 use sim::scenario::{CurrentKnowledge, FaultFile, FaultKindFile, Quantity, Scenario, Start};
 use sim::surface_craft::{Drag, SurfaceHull};
 
@@ -144,23 +145,13 @@ impl Variation {
             }
             Self::NoPreview => {
                 if let Goal::Intermittent { auvs, dwell_s, epoch_s } = &observation.goal.goal {
-                    observation.goal.goal =
-                        Goal::Track { auv: in_turn(auvs, (observation.t_s - epoch_s) / dwell_s) };
+                    let followed = in_turn(observation.t_s - epoch_s, *dwell_s, auvs.len());
+                    observation.goal.goal = Goal::Track { auv: auvs[followed].clone() };
                 }
             }
             _ => {}
         }
     }
-}
-
-/// The AUV of the goal after this many dwells.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_possible_wrap,
-    reason = "a mission has few dwells, and rem_euclid is never negative"
-)]
-fn in_turn(auvs: &[VehicleId], dwells: f64) -> VehicleId {
-    auvs[(dwells.floor() as i64).rem_euclid(auvs.len() as i64) as usize].clone()
 }
 
 fn heavier(hull: &SurfaceHull, factor: f64) -> SurfaceHull {
@@ -256,10 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guide_without_preview_follows_the_present_auv() {
-        let auvs = ["a", "b"].map(|id| VehicleId(id.to_owned()));
-        let turns = [-0.5, 0.0, 0.99, 1.0, 2.0].map(|dwells| in_turn(&auvs, dwells).0);
-        assert_eq!(turns, ["b", "a", "a", "b", "a"]);
+    fn a_goal_without_hand_overs_has_no_preview_to_miss() {
         assert!(Variation::NoPreview.applies(&short("switching")));
         assert!(!Variation::NoPreview.applies(&short("calm")));
     }

@@ -13,7 +13,7 @@ const DURATION_MAX: f64 = 86_400.0;
 /// Nothing, or the member that is wrong and why.
 type Checked = Result<(), (String, String)>;
 
-fn ensure(holds: bool, field: impl Into<String>, reason: impl Into<String>) -> Checked {
+pub(super) fn ensure(holds: bool, field: impl Into<String>, reason: impl Into<String>) -> Checked {
     if holds { Ok(()) } else { Err((field.into(), reason.into())) }
 }
 
@@ -114,13 +114,9 @@ impl CampaignFile {
         let Some(tuning) = &self.tuning else { return Ok(()) };
         within("tuning.replicates", tuning.replicates, 1, REPLICATES_MAX)?;
         ensure(!tuning.objectives.is_empty(), "tuning.objectives", "is empty")?;
-        let Some(first) = tuning.first_seed else {
-            return Ok(());
-        };
+        let Some(first) = tuning.first_seed else { return Ok(()) };
         within("tuning.first_seed", first, 0, SEED_MAX - REPLICATES_MAX)?;
-        let Some(scored) = self.first_seed else {
-            return Ok(());
-        };
+        let Some(scored) = self.first_seed else { return Ok(()) };
         let (end, scored_end) = (first + tuning.replicates, scored + self.replicates);
         let (last, scored_last) = (end - 1, scored_end - 1);
         let reason = format!(

@@ -5,6 +5,7 @@ use planner::parameters::Parameters;
 use planner::snapshot::{FigureKind, Tuning};
 use planner::tuned::Tuned;
 
+use super::check::ensure;
 use crate::campaign::controller::{ControlLaw, Controller, ControllerFile, LawFile, PlannerFile, RuleFile};
 use crate::campaign::grid::{grid, tuned};
 use crate::http_guide::GuideUrl;
@@ -35,20 +36,17 @@ impl ControllerFile {
         };
         if let Some(RuleFile { name, dwell_s: Some(dwell) }) = self.rule {
             let least = if name == Rule::Clock { 1.0 } else { 0.0 };
-            if !(least..=TURN_MAX).contains(&dwell) {
-                let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");
-                return wrong("rule.dwell_s", reason);
-            }
+            let reason = format!("{dwell} is outside {least} to {TURN_MAX} s");
+            ensure((least..=TURN_MAX).contains(&dwell), "rule.dwell_s", reason)?;
         }
         let controllers = laws.into_iter().map(|(name, law)| {
             let entry = self.clone();
             Controller { name, law, entry }
         });
         let controllers: Vec<Controller> = controllers.collect();
-        if self.guide.is_some() && controllers.iter().any(Controller::is_tuned) {
-            let reason = "is missing: nothing is tuned for a law outside of this program";
-            return wrong("rule.dwell_s", reason);
-        }
+        let is_tuned = self.guide.is_some() && controllers.iter().any(Controller::is_tuned);
+        let reason = "is missing: nothing is tuned for a law outside of this program";
+        ensure(!is_tuned, "rule.dwell_s", reason)?;
         Ok(controllers)
     }
 }
@@ -60,17 +58,14 @@ impl PlannerFile {
         }
         if let Some(figure) = self.figure {
             use FigureKind::{Above, Circle, ZigzagAstern};
-            if !matches!(figure.kind, Above | Circle | ZigzagAstern) {
-                return wrong("planner.figure.kind", "must be above, circle or zigzag_astern");
-            }
+            let is_constant = matches!(figure.kind, Above | Circle | ZigzagAstern);
+            ensure(is_constant, "planner.figure.kind", "must be above, circle or zigzag_astern")?;
             for (member, value, range) in
                 [("radius_m", figure.radius_m, 1.0..=1.0e4), ("speed_share", figure.speed_share, 0.1..=1.0)]
             {
-                if let Some(value) = value.filter(|value| !range.contains(value)) {
-                    let (least, most) = range.into_inner();
-                    let reason = format!("{value} is outside {least} to {most}");
-                    return wrong(format!("planner.figure.{member}"), reason);
-                }
+                let Some(value) = value else { continue };
+                let reason = format!("{value} is outside {} to {}", range.start(), range.end());
+                ensure(range.contains(&value), format!("planner.figure.{member}"), reason)?;
             }
         }
         let usual = Parameters::default().tuned(&self.tuning);
@@ -124,9 +119,8 @@ fn fixed(gains: LawGains, law: LosLaw) -> Result<LosTuning, Wrong> {
         ("along_track_gain_per_s", tuning.gains.along_track_gain),
         ("integral_gain_mps", tuning.integral_gain),
     ] {
-        if !(value.is_finite() && 0.0 < value) {
-            return wrong(format!("law.gains.{member}"), format!("{value} is not above 0"));
-        }
+        let is_positive = value.is_finite() && 0.0 < value;
+        ensure(is_positive, format!("law.gains.{member}"), format!("{value} is not above 0"))?;
     }
     Ok(tuning)
 }

@@ -22,8 +22,7 @@ pub struct Thrusters {
     pub arm: f64,
     /// Least thrust in either direction, N; a smaller command does not turn the propeller.
     pub dead_zone: f64,
-    /// Time constant of thrust, s, at least 0.04: below that, explicit integration over a period of
-    /// 0.1 s is unstable (h/τ ≤ 2.78).
+    /// Time constant of thrust, s, at least 0.04 for a stable integration (h/τ ≤ 2.78).
     pub lag: f64,
 }
 
@@ -34,8 +33,7 @@ pub struct ThrusterHealth {
     pub port: f64,
     /// Share of its steady thrust that the starboard thruster gives.
     pub starboard: f64,
-    /// Share of the largest yaw moment at which the steering is stuck, if it is, −1 to 1, positive
-    /// to starboard.
+    /// Share of the largest yaw moment at which the steering is stuck, positive to starboard.
     pub steering_stuck: Option<f64>,
     /// Share of the largest thrust ahead at which both thrusters are stuck, if they are, 0 to 1.
     pub thrust_stuck: Option<f64>,

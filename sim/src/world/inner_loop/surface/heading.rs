@@ -5,8 +5,7 @@ use planner::angle::{Heading, wrap};
 use crate::world::hull::SurfaceHull;
 use crate::world::inner_loop::{PERIOD, ROUNDING};
 
-/// Heading errors within which an integral part integrates, rad. Assumption: about 20°, so that a
-/// large step of the reference does not wind it up.
+/// Heading errors within which an integral part integrates, rad: no large step winds it up.
 const INTEGRAL_ZONE: f64 = 0.35;
 
 /// A heading loop. Gains are per moment of inertia, so that a loop fits any hull.
