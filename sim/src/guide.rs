@@ -203,7 +203,7 @@ impl Guide for MpcGuide {
     }
 
     fn guide(&mut self, snapshot: &Snapshot) -> Result<Guidance, GuideError> {
-        let previous_plan = self.last.as_ref().map(|(_, plan)| PreviousPlan::from(plan));
+        let previous_plan = self.last.take().map(|(_, plan)| PreviousPlan::from(&plan));
         let observation = PlanRequest { previous_plan, ..PlanRequest::clone(snapshot) };
         let snapshot = snapshot.again(observation)?;
         let plan = plan(&snapshot, &self.parameters, &mut self.workspace);

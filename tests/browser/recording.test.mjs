@@ -439,11 +439,12 @@ test("a fleet is as its worst craft, by name, and good only if all are", () => {
 });
 
 test("what of who serves whom is new is told in words, with why", () => {
-  const of = (craft, away = {}) => ({ t_s: 0, craft: new Map(Object.entries(craft)), away: new Map(Object.entries(away)) }), before = of({ a: ["1", "2"], b: ["3"] });
+  const of = (craft, away = {}, unserved = []) => ({ t_s: 0, craft: new Map(Object.entries(craft)), away: new Map(Object.entries(away)), unserved }), before = of({ a: ["1", "2"], b: ["3"] });
   expect(assignedWords(undefined, before)).toBe("a serves 1, 2; b serves 3");
   expect(assignedWords(before, of({ b: ["3", "1", "2"] }, { a: "silent" }))).toBe("a is silent: b serves 1, 2 now");
   expect(assignedWords(of({ b: ["3"] }, { a: "silent" }), of({ a: [], b: ["3"] }, { a: "returning" }))).toBe("a is well again");
   expect(assignedWords(of({ a: [], b: ["1", "3"] }, { a: "returning" }), of({ a: ["1"], b: ["3"] }))).toBe("a can serve again: a serves 1 now");
+  expect(assignedWords(undefined, of({ b: ["3"] }, {}, ["1"]))).toBe("b serves 3; nobody serves 1");
   expect(assignedWords(before, of({ b: ["3"] }))).toBe("a is not in the fleet any more: nobody serves 1, 2 now");
 });
 
@@ -474,9 +475,9 @@ test("each craft of a fleet has its own track, plans and log, and they share the
     for (const part of [a, b]) expect([part.places.get("1").at("north", 12), part.places.get("2").at("north", 12), part.fixes.get("1").length]).toEqual([7, 106, 1]);
     expect(fleet.plans.column("sequence")[0]).toBe(3);
     expect([12, 14].map((t) => fleet.serverOf("2", t))).toEqual(["b", "a"]);
-    expect(fleet.journal.entries.filter(({ kind }) => kind === "assigned").map(({ text }) => text)).toEqual(["a serves 1; b serves 2", "b is silent: a serves 2 now"]);
+    expect(fleet.journal.entries.filter(({ kind }) => kind === "assigned").map(({ text }) => text)).toEqual(["a serves 1; b serves 2", "b is silent: a serves 2 now; nobody serves 3 now"]);
     expect([fleet.assignedAt(11).unserved, fleet.assignedAt(14).unserved]).toEqual([[], ["3"]]);
-    expect(chartEvents(fleet.journal.entries).map(({ words }) => words)).toContain("assigned: b is silent: a serves 2 now");
+    expect(chartEvents(fleet.journal.entries).map(({ words }) => words)).toContain("assigned: b is silent: a serves 2 now; nobody serves 3 now");
     // A disc counts for each craft from when it was put there.
     expect([a, b].map(({ limits }) => limits.brokenUntil(20).length)).toEqual([0, 1]);
   }

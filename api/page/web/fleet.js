@@ -186,7 +186,8 @@ export class Fleet {
       return el("tbody", {}, el("tr", {}, el("th", { scope: "rowgroup", colSpan: head.length }, swatch(colour), named(name), " ", el("span", { class: `chip ${tone}` }, words), why && el("span", { class: "why" }, " ", named(why)))),
         el("tr", {}, el("td", { colSpan: head.length }, auvs.length ? ["serves ", named(auvs.join(", "))] : "serves nobody")), el("tr", { class: "values" }, values.map((text) => el("td", {}, text))));
     });
-    const unserved = recording.assignedAt(t)?.unserved?.join(", "), left = unserved && el("tbody", {}, el("tr", {}, el("td", { colSpan: head.length }, el("span", { class: "chip bad" }, "nobody serves"), " ", named(unserved))));
+    const unserved = recording.assignedAt(t)?.unserved.join(", ");
+    const left = unserved && el("tbody", {}, el("tr", {}, el("td", { colSpan: head.length }, el("span", { class: "chip bad" }, "nobody serves"), " ", named(unserved))));
     const fresh = el("table", { class: "vessels fleet" }, el("thead", {}, el("tr", {}, head.map((name) => el("th", { scope: "col" }, name)))), rows, left);
     if (this.body.innerHTML !== fresh.outerHTML) fill(this.body, fresh);
   }

@@ -188,6 +188,7 @@ export function assignedWords(before, now) {
   const ids = [...new Set([...before?.away.keys() ?? [], ...now.away.keys()])].filter((id) => before?.away.get(id) !== now.away.get(id)), absence = (/** @type {string} */ away) => ABSENCES[away] ?? away;
   const why = ids.map((id) => `${id} ${absence(now.away.get(id) ?? "can serve again")}`);
   const left = [...was.keys()].filter((id) => !now.craft.has(id) && !now.away.has(id)).map((id) => `${id} is not in the fleet any more`);
-  const unserved = [...was.values()].flat().filter((auv) => !isServed.includes(auv));
-  return [[...why, ...left].join(", "), [moved, unserved.length && `nobody serves ${unserved.join(", ")} now`].filter(Boolean).join("; ")].filter(Boolean).join(": ");
+  const isNew = (/** @type {string} */ auv) => !before?.unserved.includes(auv), lost = [...was.values()].flat().filter((auv) => !isServed.includes(auv));
+  const unserved = [...new Set([...lost, ...now.unserved.filter(isNew)])];
+  return [[...why, ...left].join(", "), [moved, unserved.length && `nobody serves ${unserved.join(", ")}${before ? " now" : ""}`].filter(Boolean).join("; ")].filter(Boolean).join(": ");
 }

@@ -41,7 +41,7 @@ export type MissionJson = { id: string, title: string, kind: string, status: str
 export type Steering = { state: string, why: string, age_s: number };
 
 /** Who serves whom in a fleet since `t_s`, and why others do not. */
-export type Assigned = { t_s: number, craft: Map<string, string[]>, away: Map<string, string>, unserved?: string[] };
+export type Assigned = { t_s: number, craft: Map<string, string[]>, away: Map<string, string>, unserved: string[] };
 
 /** A craft of a fleet. */
 export type CraftJson = { id: string, auvs: string[], away?: string, plan?: PlanSummary, steering?: Steering };

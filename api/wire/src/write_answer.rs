@@ -437,9 +437,9 @@ fn contradicted_claims(snapshot: &Snapshot) -> Vec<Warning> {
             let detail = format!(
                 "a range of {range:.1} m to {id} is shorter than its depth of {depth:.1} m: check the sound speed and the depth gauge"
             );
-            warnings.push(warning("range_shorter_than_depth", &format!("{pointer}/{j}/range_m"), detail));
+            warnings.push(warning("range_shorter_than_depth", &format!("{pointer}/{j}"), detail));
         }
-        let (n_elsewhere, n_reports) = (elsewhere(reports, &estimate.rejected), reports.len());
+        let (n_elsewhere, n_reports) = (elsewhere(reports, &estimate.rejected), estimate.looked_at);
         if ELSEWHERE_MIN <= n_elsewhere && n_reports <= 2 * n_elsewhere {
             let detail = format!(
                 "{n_elsewhere} of the {n_reports} reports of {id} do not fit the others and are not used: are two vehicles reported under its name?"

@@ -268,7 +268,8 @@ pub struct TargetEstimate {
     /// position above is then their mean.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub places: Vec<TargetPlace>,
-    /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
+    /// Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates
+    /// among those of the last hour, for lack of time among the newest.
     pub rejected: Vec<usize>,
     /// Fit of its reports to its `path`, or of these or its past states to its track's pattern.
     /// Absent without either.

@@ -41,6 +41,8 @@ pub struct Estimate {
     pub state: AuvState,
     /// Indices of unused reports, ascending: outliers, reports before a jump, and repetitions.
     pub rejected: Vec<usize>,
+    /// Number of reports that were looked at: those of the last hour, for lack of time the newest.
+    pub looked_at: usize,
     /// Standard deviation to add to the fixes, m; 0 if the reported accuracies are consistent.
     pub inflation: f64,
     /// `true` if the fixes contradict the reported courses and speeds, which are then unused.
@@ -181,6 +183,7 @@ impl<'a> Estimator<'a> {
         let alone = Estimate {
             state,
             rejected: Vec::new(),
+            looked_at: 0,
             inflation: 0.0,
             velocity_contradicted: false,
             jumped: false,
@@ -288,6 +291,7 @@ impl<'a> Estimator<'a> {
             state: steady_turn.map_or(state, |turn| turn.of(&state)),
             dive: infers.then(|| sawtooth(used, through_water, tuned)).flatten(),
             rejected: unused(&given, used),
+            looked_at: given.len(),
             inflation,
             velocity_contradicted,
             jumped: false,
@@ -323,6 +327,7 @@ impl<'a> Estimator<'a> {
         Estimate {
             state: AuvState { depth_m: found.depth, ..self.state(&filtered, &used) },
             rejected: unused(&given, &used),
+            looked_at: given.len(),
             inflation: found.memory.inflation_m,
             velocity_contradicted: false,
             jumped: false,

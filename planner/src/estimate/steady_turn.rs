@@ -83,7 +83,7 @@ impl SteadyTurn {
         self.velocity.norm() * self.lasted
     }
 
-    /// The longest steady turn to the newest of the `fixes`, if none has a course and no line fits.
+    /// The longest steady turn to the newest of the `fixes`, if the newest has no course and no line fits.
     ///
     /// ```text
     /// z(t) = p + v b(t)     b = (exp(i ω t) − 1) / (i ω)

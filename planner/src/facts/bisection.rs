@@ -1,4 +1,4 @@
-//! Bisection.
+//! The end of an interval on which something holds, by bisection.
 
 /// The last number from `low` on at which it `holds`, within 2^−`halvings` of the way to `high`.
 pub(crate) fn last_at_which(

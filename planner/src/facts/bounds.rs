@@ -17,7 +17,8 @@ use crate::facts::{
 /// Shortest side and least width of an area, and side of the smallest square, m.
 pub(crate) const SIZE_MIN: f64 = 0.1;
 
-/// Largest turn of a corner to the wrong side, rad: a millimetre at the side of a kilometre.
+/// Largest turn of a corner to the wrong side, rad, for rounded corners on a straight side: a side
+/// of a kilometre then leaves the area by a millimetre.
 const STRAIGHT: f64 = 1.0e-6;
 
 /// Largest distance of a corner within the sides of an area, m; the area then omits the corner.

@@ -285,7 +285,8 @@ mod tests {
     fn travel_times_that_are_no_ranges_are_refused_by_name() {
         for (measured, fault) in [
             (json!({ "travel": { "time_s": 0.05, "reply_delay_s": 0.1 } }), "travel/time_s out_of_range"),
-            (json!({ "travel": { "time_s": 99.0 } }), "travel/time_s out_of_range"),
+            (json!({ "travel": { "time_s": 130.0 } }), "travel/time_s out_of_range"),
+            (json!({ "travel": { "time_s": 20.0 } }), "travel/time_s out_of_range"),
             (
                 json!({ "travel": { "time_s": 0.1, "sound_speed_mps": 340.0 } }),
                 "travel/sound_speed_mps out_of_range",

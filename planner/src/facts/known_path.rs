@@ -132,7 +132,8 @@ const POSITION_UNCERTAINTY: f64 = 3.0;
 /// Assumption: lanes of a lawn-mower are distinguished up to four fifths of the way between them.
 const WRONG_WAY: f64 = 4.0;
 
-/// Arc length of a vehicle on its known path: the closest place, but those against its course.
+/// Arc length of a vehicle on its known path: the closest place, where those against its
+/// course count as farther away.
 pub(crate) fn place_on_path(state: &AuvState, known: &KnownPath, current: &Vector2<f64>) -> f64 {
     known.path.closest_by(&state.position(), |distance, point| {
         // Against a strong current the vehicle moves backwards along its path.

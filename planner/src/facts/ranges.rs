@@ -150,9 +150,10 @@ pub(crate) const REPORT: [Range; 4] = [
     ("sigma_m", REPORT_SIGMA_MIN..=REPORT_SIGMA_MAX),
 ];
 
-/// Travel time of sound: 30 km and back; a modem's delay; from cold fresh water to warm brine.
+/// Travel time of sound: 20 km and back, and a modem's longest delay; from cold fresh water to warm
+/// brine.
 pub(crate) const TRAVEL_TIME: [Range; 3] =
-    [("time_s", 0.0..=120.0), ("reply_delay_s", 0.0..=60.0), ("sound_speed_mps", 1.35e3..=1.65e3)];
+    [("time_s", 0.0..=90.0), ("reply_delay_s", 0.0..=60.0), ("sound_speed_mps", 1.35e3..=1.65e3)];
 
 /// Telemetry of a vehicle.
 pub(crate) const TELEMETRY: [Range; 4] =

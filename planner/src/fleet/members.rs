@@ -53,6 +53,7 @@ impl Fleet {
         let memory = Memory::of(members.iter().chain(gone));
         for request in members.iter_mut().map(|member| &mut member.request) {
             memory.give_to(request);
+            request.place_ranges();
         }
         // AUVs are estimated once, from what any craft remembers of them.
         let leading = Snapshot::until(members[0].request.clone(), due);

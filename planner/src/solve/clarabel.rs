@@ -160,7 +160,8 @@ impl Solvers {
         Solution { iterations: solution.iterations + careful.iterations, ..careful }
     }
 
-    /// The solver with the program's numbers; `None` if Clarabel refuses them, which none causes.
+    /// The solver with the program's numbers; `None` if Clarabel refuses them, which no `Program`
+    /// causes.
     fn prepared(&mut self, program: &Program) -> Option<&mut DefaultSolver<f64>> {
         if self.by_shape.is_kept(&program.layout) {
             let solver = self.by_shape.last()?;

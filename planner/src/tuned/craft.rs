@@ -71,7 +71,8 @@ numbers! {
         effect_heading_sigma = 0.04,
         /// Standard deviation of speed changes, m/s. Waves exceed it, but briefly.
         effect_speed_sigma = 0.02,
-        /// Share of its rates that is planned for a loop without effect: a recovery shows.
+        /// Share of its rates that is planned with while a loop has no effect: enough that a
+        /// recovery shows.
         effect_left = 0.5,
 
         /// Time constant of the monitor's correction towards measurements, s.
@@ -118,7 +119,8 @@ numbers! {
         course_speed_ratio = 1.4,
         /// Largest share of the top speed for this least speed.
         course_speed_share = 0.6,
-        /// Largest share of the weaker limit that a disturbance takes if an integrator unwinds.
+        /// Largest share of the weaker limit that a disturbance takes in a loop with an
+        /// integrator, which unwinds.
         disturbance_share_of_an_integrator = 0.9,
         /// The same without an integrator: a present push, as of thrust used in a turn, is brief.
         disturbance_share = 0.5,

@@ -38,8 +38,9 @@ numbers! {
         outlier_share = 0.02,
         /// Scale of outliers along an axis, m.
         outlier_scale = 20.0,
-        /// Gain in log-likelihood that an inflation of the accuracies needs: twice what χ² exceeds
-        /// once in a hundred thousand. Of 14,400 lists of true claims 6 are doubted.
+        /// Gain in log-likelihood that an inflation of the accuracies needs: half of what χ²
+        /// with one degree of freedom exceeds once in a hundred thousand. Of 14,400 lists of true
+        /// claims 6 are doubted.
         inflation_evidence = 10.0,
         /// Deficit of log-likelihood that ends the search for wider inflations, if hardly any fix
         /// is outside the gate. If most are, single fixes decide, and wider ones are undetermined.
@@ -55,7 +56,7 @@ numbers! {
         /// Largest distance of two simultaneous fixes that are one message over two links, m.
         repeated_within = 0.1,
 
-        /// Standard deviation of a velocity's axis of which only ranges are known, m/s.
+        /// Standard deviation of the velocity along an axis, m/s, if only ranges are known.
         range_speed_sigma = 1.0,
         /// Share of ranges that went a longer way, and of fixes that are outliers beside ranges.
         multipath_share = 0.05,

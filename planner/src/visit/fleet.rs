@@ -75,7 +75,7 @@ pub(crate) struct Fleet {
     pub(crate) tuned: VisitNumbers,
     pub(crate) craft: Craft,
     pub(crate) speed_now: f64,
-    /// From near to far, independent of names and order: a mirror image has the same order.
+    /// From near to far, independent of names and order: a mirror image has the same order, but for ties.
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
     pub(crate) within: f64,
@@ -228,7 +228,9 @@ fn tour(places: &[Vector2<f64>], craft: &Craft, dwell: f64) -> f64 {
 
 /// From near to far, to the millimetre, then from ahead to astern, then from starboard to port.
 fn in_order(a: &Vector2<f64>, b: &Vector2<f64>) -> std::cmp::Ordering {
-    let millimetres = |metres: f64| (1e3 * metres).round();
+    // Rounding makes −0 of small negative numbers, which is before 0.
+    let millimetres = |metres: f64| (1e3 * metres).round() + 0.0;
     let apart = millimetres(a.norm()).total_cmp(&millimetres(b.norm()));
-    apart.then(millimetres(b.x).total_cmp(&millimetres(a.x))).then(b.y.total_cmp(&a.y))
+    let ahead = millimetres(b.x).total_cmp(&millimetres(a.x));
+    apart.then(ahead).then(b.y.total_cmp(&a.y)).then(b.x.total_cmp(&a.x))
 }

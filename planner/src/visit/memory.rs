@@ -115,7 +115,8 @@ impl<'a> Memory<'a> {
         schedule.visits.iter().find(|visit| self.now < visit.leave_s)
     }
 
-    /// `true` if the visit to `id`, the next, is over: before, or by its least time `near` it.
+    /// `true` if the visit to `id`, the next, is over: it was before, or the craft has been `near`
+    /// it for the least time.
     pub(crate) fn was_visited_next(&self, id: &VehicleId, near: bool, dwell_min: f64) -> bool {
         let before = self.heard.map(|(elapsed, schedule)| (self.now - elapsed, schedule));
         let has_lasted = before.is_some_and(|(then, schedule)| {

@@ -126,6 +126,8 @@ class Assignment(TypedDict):
     hand_overs: NotRequired[list[HandOver]]
     # `true` if a better one was known, by too little to change.
     kept: bool
+    # AUVs of the goal that nobody serves, since no craft that is present may.
+    unserved: NotRequired[list[str]]
 
 
 class Auv(TypedDict):
@@ -443,7 +445,7 @@ class Encounter(TypedDict):
     passes_m: float
     # Distance that is kept from its position now, m.
     separation_m: float
-    # The side of the vessel's course on which it passes the craft: how far to starboard the craft then is, m.
+    # How far to starboard of the vessel's course the craft is when it passes it, m.
     starboard_m: float
     # Time until then, s; 0 if it was the nearest already.
     tcpa_s: float
@@ -492,7 +494,8 @@ class Estimate(TypedDict):
     places: NotRequired[list[Place]]
     # Root-mean-square error of the position now, m. Absent without `covariance`.
     position_sigma_m: NotRequired[float | None]
-    # Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates.
+    # Indices of the unused `reports`, ascending: outliers, reports before a jump, and duplicates among those of the
+    # last hour, for lack of time among the newest.
     rejected: list[int]
     # Fit of its reports to its `path`, or of these or its past states to its track's pattern. Absent without
     # either.
@@ -1860,7 +1863,7 @@ Report = TypedDict(
         "course_rad": "NotRequired[float | None]",
         # Telemetered depth, m, positive down. Default: not reported; 0 if no report states it. From -10 to 12000.
         "depth_m": "NotRequired[float | None]",
-        # Position east of the datum, m. Required unless `range_m` is given.
+        # Position east of the datum, m. Required unless `range_m` or `travel` is given.
         "east_m": "NotRequired[float | None]",
         # Position [north, east] of the surface craft when it measured the range, m. Default: where it was at `t_s`: in
         # a request for ranges of the last 2 s, in a mission by its reported states within 2 s.
@@ -1869,7 +1872,7 @@ Report = TypedDict(
         "lat_deg": "NotRequired[float | None]",
         # Longitude, degrees, positive east.
         "lon_deg": "NotRequired[float | None]",
-        # Position north of the datum, m. Required unless `range_m` is given.
+        # Position north of the datum, m. Required unless `range_m` or `travel` is given.
         "north_m": "NotRequired[float | None]",
         # Measured slant range, m, instead of a position. Multipath makes it longer, never shorter. From 0.1 to 20000.
         "range_m": "NotRequired[float | None]",
@@ -1882,6 +1885,8 @@ Report = TypedDict(
         # Time of sending, not of arrival, s on the request's clock; up to 1 s in the future counts as now. If all
         # reports are older than an hour, only the newest counts.
         "t_s": "float",
+        # Measured travel time, instead of `range_m`.
+        "travel": "NotRequired[TravelTime | None]",
         # Telemetered rate of turn of the course, rad/s, positive clockwise. The newest is used for 60 s; without one,
         # the courses of the two newest reports give the rate. Default: not reported.
         "turn_rate_radps": "NotRequired[float | None]",
@@ -2360,6 +2365,17 @@ class TrajectoryPoint(TypedDict):
     speed_mps: float
     # Time, s on the request's clock.
     t_s: float
+
+
+class TravelTime(TypedDict):
+    """Travel time of sound between the surface craft and an underwater vehicle."""
+
+    # Time from reception at the vehicle to its reply, s. Default: the time is that of one way. From 0 to 60.
+    reply_delay_s: NotRequired[float | None]
+    # Mean speed of sound along the way, m/s. From 1350 to 1650.
+    sound_speed_mps: NotRequired[float]
+    # From sending to reception, s: one way, or with `reply_delay_s` there and back. From 0 to 90.
+    time_s: float
 
 
 class TrueVehicle(TypedDict):

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use planner::fleet::{Fleet, SlotUse};
+use planner::fleet::{Assignment, Fleet, SlotUse};
 use planner::parameters::Parameters;
 use planner::snapshot::Snapshot;
 use planner::stop::Stop;
@@ -109,8 +109,11 @@ impl Facts {
     /// Who serves whom in a fleet, if that is not as `before`.
     pub(super) fn news(&self, before: Option<&Assigned>) -> Option<Assigned> {
         let now = self.assigned()?;
-        let is_as_before =
-            |before: &Assigned| before.away == now.away && before.assignment.craft == now.assignment.craft;
+        let of = |assigned: &Assigned| {
+            let Assignment { craft, unserved, .. } = assigned.assignment.clone();
+            (assigned.away.clone(), craft, unserved)
+        };
+        let is_as_before = |before: &Assigned| of(before) == of(now);
         (!before.is_some_and(is_as_before)).then(|| now.clone())
     }
 

@@ -239,9 +239,10 @@ impl<'a> MissionEvents<'a> {
         if live.is_some() && !self.filter.has(PLANNED) {
             return Ok(before);
         }
-        // Each craft of a fleet plans for AUVs of its own.
+        // Each craft of a fleet plans for AUVs of its own, which may have been another one's the
+        // time before.
         let is_fleet = live.is_some_and(|live| !live.surface_craft.is_empty());
-        let most = if is_fleet { CRAFT_MAX } else { 1 };
+        let most = if is_fleet { 2 * CRAFT_MAX - 1 } else { 1 };
         let (mut plans, mut last) = (vec![], self.filter.after);
         while plans.len() < most
             && let Some(plan) = self.reader.last_of_kind(self.number, PLANNED, last)?

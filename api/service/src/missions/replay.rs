@@ -87,7 +87,7 @@ enum RepeatedMission {
     Simulated(Box<Simulation>),
 }
 
-/// The plans of all craft at one time, of which those that are still to come are left.
+/// The plans of all craft at one time.
 struct Tick {
     facts: Facts,
     time: f64,

@@ -14,8 +14,9 @@ use crate::facts::path::segment::Segment;
 use crate::facts::path::waypoints::Overshot;
 
 impl Path {
-    /// Joined segments: each begins where the previous one ends, in the same direction. A closed
-    /// path of way-points alone returns to its first point, rounded there too.
+    /// Joined segments: each begins where the previous one ends, in the same direction, and if
+    /// `closed` the first at the end of the last. A closed path of way-points alone returns to its
+    /// first point, rounded there too.
     ///
     /// Fails with the first segment or point that is not finite, too short or too far
     /// ([`LENGTH_MIN`](super::LENGTH_MIN), [`LENGTH_MAX`](super::LENGTH_MAX)), begins elsewhere

@@ -37,7 +37,8 @@ impl Path {
     }
 
     /// Arc length of the closest point within `reach` metres along the path of `gamma`, for paths
-    /// that pass close to themselves. On a closed path the result does not wrap.
+    /// that pass close to themselves. Includes the continuations of an open path; on a closed path
+    /// the result does not wrap.
     pub fn closest_near(&self, position: &Vector2<f64>, gamma: f64, reach: f64) -> f64 {
         if self.closed {
             let reach = reach.min(0.5 * self.length);

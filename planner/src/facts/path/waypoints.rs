@@ -45,7 +45,8 @@ pub(super) enum Corners {
     Turns { radius: f64, overshot: Option<Overshot> },
 }
 
-/// Legs and corners between distinct `points`; `declared` describes each leg, or is empty.
+/// Legs and corners between `points`, of which repeated ones are omitted, and back to the first if
+/// `ring`. `declared` describes each leg, or is empty.
 pub(super) fn legs(
     points: &[[f64; 2]],
     declared: &[Leg],

@@ -72,8 +72,8 @@ impl Vehicle {
     /// R = R_z(π/2 − ψ) R_y(−θ)
     /// ```
     ///
-    /// z is up: turns are counter-clockwise from the east. y is to port: turns about it are nose-
-    /// down.
+    /// z is up: positive turns are counter-clockwise, from the east. y is to port: positive turns
+    /// about it are nose-down.
     fn orientation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2 - self.heading)
             * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -self.pitch)
