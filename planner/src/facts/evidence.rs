@@ -249,7 +249,7 @@ mod tests {
     use crate::tests::prelude::*;
 
     /// A request with one report of the vehicle, 43.5 m from the craft at the origin.
-    fn heard(measured: serde_json::Value) -> Result<Snapshot, Vec<String>> {
+    fn heard(measured: &serde_json::Value) -> Result<Snapshot, Vec<String>> {
         let mut report = json!({ "t_s": 0.0, "sigma_m": 1.0, "depth_m": 20.0, "from": [0.0, 0.0] });
         report.as_object_mut().expect("is one").extend(measured.as_object().expect("is one").clone());
         let reports = vec![serde_json::from_value(report).expect("is a report")];
@@ -266,7 +266,7 @@ mod tests {
     #[test]
     fn a_travel_time_is_the_range_that_sound_has_covered() {
         let spread = |measured| {
-            let snapshot = heard(measured).expect("is valid");
+            let snapshot = heard(&measured).expect("is valid");
             let estimate = &snapshot.estimates()[0];
             format!("{:?}", estimate.state)
         };
@@ -294,7 +294,7 @@ mod tests {
             (json!({ "travel": { "time_s": 0.1 }, "range_m": 150.0 }), "travel unexpected"),
             (json!({ "travel": { "time_s": 0.1 }, "north_m": 1.0 }), "north_m unexpected"),
         ] {
-            let faults = heard(measured).expect_err("is refused");
+            let faults = heard(&measured).expect_err("is refused");
             assert_eq!(faults, [format!("/auvs/0/reports/0/{fault}")]);
         }
     }
