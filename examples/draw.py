@@ -12,7 +12,9 @@ Simulated records are drawn as it truly was; live ones as the craft reported its
 
 import argparse
 import csv
+import itertools
 import math
+import sys
 from pathlib import Path
 
 import paper
@@ -40,12 +42,12 @@ def truth(rows, vehicle):
 
 
 def auvs_of(rows):
-    crafts = {"asc"} | {row["vehicle"] for row in rows if row.get("kind") == "asc_state"}
-    return sorted({row["vehicle"] for row in rows if row.get("kind") in ("truth", "estimated")} - crafts)
+    return sorted({row["vehicle"] for row in rows if row.get("kind") in ("truth", "estimated")} - {"asc", *crafts_of(rows)})
 
 
 def crafts_of(rows):
-    return sorted({row["vehicle"] for row in rows if row.get("kind") == "asc_state"}) or ["asc"]
+    """Craft report themselves in live records, and have plans of their own in those of fleets; a single simulated one is `asc`."""
+    return sorted({row["vehicle"] for row in rows if row.get("kind") in ("asc_state", "planned")} - {""}) or ["asc"]
 
 
 def of_craft(rows, craft, column):
@@ -60,7 +62,18 @@ def each_craft(files):
     """(name of the curve, rows of the file, craft) of every craft of every file."""
     for name, rows in files.items():
         for craft in crafts_of(rows):
-            yield (name if len(crafts_of(rows)) == 1 else craft), rows, craft
+            if len(crafts_of(rows)) == 1:
+                yield name, rows, craft
+            else:
+                yield (craft if len(files) == 1 else f"{name}: {craft}"), rows, craft
+
+
+def required(name, points, column, rows):
+    """The points of a curve; ends with the record's columns if it has none."""
+    if not points:
+        columns = [column for column in rows[0] if any(isinstance(row[column], float) for row in rows)] if rows else []
+        sys.exit(f"{name} has no {column or 'positions'} at these times; columns with numbers: {', '.join(columns) or 'none'}")
+    return points
 
 
 def thinned(points):
@@ -85,28 +98,43 @@ def ages(rows, auv, within):
     return out
 
 
-def curves(arguments):
+def read(arguments):
+    """The rows of each file by its name, or by its path where two have the same name."""
+    names = [Path(file).stem for file in arguments.files]
+    names = [name if names.count(name) == 1 else file for name, file in zip(names, arguments.files)]
+    return {name: rows_of(file, arguments.begin, arguments.end) for name, file in zip(names, arguments.files)}
+
+
+def column_of(name, rows, column, all_rows):
+    """A column over time."""
+    return required(name, paper.over_time([row for row in rows if column in row], column), column, all_rows)
+
+
+def curves(arguments, files):
     """Names and points, and what the axes are."""
-    files = {Path(file).stem: rows_of(file, arguments.begin, arguments.end) for file in arguments.files}
-    first = next(iter(files.values()))
+    title, column = arguments.title, arguments.column
+    first_name, first = next(iter(files.items()))
     if arguments.what == "tracks":
         lines = {auv: paper.plane(truth(first, auv)) for auv in auvs_of(first)}
-        return lines | {name: paper.plane(truth(rows, craft)) for name, rows, craft in each_craft(files)}, paper.from_above
+        for name, rows, craft in each_craft(files):
+            lines[name] = required(name, paper.plane(truth(rows, craft)), None, rows)
+        return lines, lambda drawn: paper.from_above(title, drawn)
     if arguments.what == "time":
-        lines = {name: paper.over_time(of_craft(rows, craft, arguments.column), arguments.column) for name, rows, craft in each_craft(files)}
+        lines = {name: column_of(name, of_craft(rows, craft, column), column, rows) for name, rows, craft in each_craft(files)}
         for name, points in lines.items():
             values = [value for _, value in points]
-            print(f"{name}: {arguments.column} {paper.rms(values):.2f} (RMS), {max(values):.2f} at most")
-        return lines, lambda title, all_curves: paper.in_time(title, arguments.column, all_curves)
+            print(f"{name}: {column} {paper.rms(values):.2f} (RMS), {max(values):.2f} at most")
+        return lines, lambda drawn: paper.in_time(title, column, drawn)
     if arguments.what == "ages":
         lines = {auv: ages(first, auv, arguments.within) for auv in auvs_of(first)}
         for name, points in lines.items():
             visits = sum(a > 0 and b == 0 for (_, a), (_, b) in zip(points, points[1:]))
             values = [value for _, value in points]
             print(f"{name}: {visits} visits, {sum(values) / len(values):.0f} s since the last one at the mean, {max(values):.0f} s at most")
-        return lines, lambda title, all_curves: paper.in_time(title, "s since the last visit", all_curves)
-    columns = [f"reference_{arguments.column}", arguments.column]
-    return {name: paper.over_time(first, name) for name in columns}, lambda title, all_curves: paper.in_time(title, arguments.column, all_curves)
+        required(first_name, lines, "AUVs", first)
+        return lines, lambda drawn: paper.in_time(title, "s since the last visit", drawn)
+    columns = [f"reference_{column}", column]
+    return {name: column_of(first_name, first, name, first) for name in columns}, lambda drawn: paper.in_time(title, column, drawn)
 
 
 def main():
@@ -119,13 +147,18 @@ def main():
     parser.add_argument("--to", dest="end", type=float, default=math.inf)
     parser.add_argument("--within", type=float, default=20, help="m")
     arguments = parser.parse_args()
+    arguments.column = None
     if arguments.what in ("time", "beside"):
         arguments.column, *arguments.files = arguments.files
-    lines, draw = curves(arguments)
-    craft, auvs = iter(CRAFT), iter(AUVS)
-    paper.COLOURS.update({name: next(auvs if name.startswith("auv") else craft) for name in lines})
+        if not arguments.files:
+            parser.error(f"{arguments.what} needs a column and a record")
+    files = read(arguments)
+    lines, draw = curves(arguments, files)
+    known = auvs_of(next(iter(files.values())))
+    craft, auvs = itertools.cycle(CRAFT), itertools.cycle(AUVS)
+    paper.COLOURS.update({name: next(auvs if name in known else craft) for name in lines})
     drawn = [(name, thinned(points), name.startswith("reference_")) for name, points in lines.items()]
-    paper.write(arguments.out, draw(arguments.title, drawn))
+    paper.write(arguments.out, draw(drawn))
 
 
 if __name__ == "__main__":

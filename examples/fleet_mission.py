@@ -1,6 +1,7 @@
 """Three craft share six AUVs in one mission, for as long as this runs; started again, it continues the same mission.
 
 cargo run --release -- serve --data /tmp/missions    # in a terminal of its own; pip install ./api/python in this one
+python3 examples/fleet_mission.py [DURATION [ADDRESS [TOKEN]]]    # 60 s, http://127.0.0.1:8080, without a token
 """
 
 import cmath

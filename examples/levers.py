@@ -92,14 +92,30 @@ def ticks(low, high):
     return [round(k * step, 9) for k in range(first, math.floor(high / step) + 1)]
 
 
+def is_drawn(name):
+    """Whether a controller is `usual`, or a lever of LEVERS with its value."""
+    if name == "usual":
+        return True
+    lever, _, value = name.partition(" ")
+    if lever not in LEVERS:
+        return False
+    try:
+        return math.isfinite(float(value))
+    except ValueError:
+        sys.exit(f"levers.py: the controller {name!r} needs a number after {lever}")
+
+
 def main():
     report = json.load(open(sys.argv[1], encoding="utf-8"))
     metrics = report["metrics"]
     scenarios = {}
+    drawn = {name for name in {score["controller"] for score in report["scores"]} if is_drawn(name)}
     for score in report["scores"]:
+        if not score.get("means") or score["controller"] not in drawn:
+            continue
         means = {metric: SCALE.get(metric, 1) * mean for metric, mean in zip(metrics, score["means"])}
         scenarios.setdefault(score["scenario"], {})[score["controller"]] = means
-    if not all("usual" in means for means in scenarios.values()) or not METRICS.keys() <= set(metrics):
+    if not scenarios or not all("usual" in means for means in scenarios.values()) or not METRICS.keys() <= set(metrics):
         sys.exit("levers.py needs a controller named usual, others named such as 'velocity 1.5', and the metrics " + ", ".join(METRICS))
     width, height = 2 * WIDTH, len(scenarios) * HEIGHT + LEGEND
     print(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="10">')

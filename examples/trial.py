@@ -1,7 +1,8 @@
 """Sails the trial of docs/commissioning.md with an ArduPilot Rover, and writes the log that `pilotfish identify` reads.
 
 Needs pymavlink, for a serial port pyserial, too. python3 examples/trial.py --connect /dev/ttyACM0,115200 --top 1.5 --log trial.csv
-It waits for GUIDED, sends references of speed and heading for 26 minutes, and ends when the mode changes: keep the mode switch in your hand.
+It waits for positions and GUIDED, sends references of speed and heading for 26 minutes, and ends when the mode changes: keep the mode switch in your
+hand. It also ends after 3 s without a heartbeat or a position of the autopilot.
 To try it without a boat: python3 examples/boat.py --lag 2 & python3 examples/trial.py --connect udpin:127.0.0.1:14560 --top 1.2 --log trial.csv
 """
 
@@ -16,7 +17,9 @@ os.environ["MAVLINK20"] = "1"
 from pymavlink import mavutil
 
 GUIDED = 15
+AUTOPILOT = 1  # its component; companions and gimbals of the boat send heartbeats, too
 STEP = 0.1  # s between two references
+SILENCE_MAX = 3.0  # s
 VELOCITY_AND_YAW = 2503  # type_mask: the rest is ignored
 
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -49,16 +52,45 @@ def steps() -> Iterator[tuple[float, float, float, float]]:
 
 device, *baud = arguments.connect.split(",")
 wire = mavutil.mavlink_connection(device, *map(int, baud), source_system=255)
-wire.wait_heartbeat()
-wire.mav.command_long_send(wire.target_system, wire.target_component, 511, 0, 33, 1e6 * STEP * 2, 0, 0, 0, 0, 0)  # GLOBAL_POSITION_INT
-print("switch to GUIDED, armed; any other mode ends the trial", flush=True)
-boat = wire.target_system
-while True:
-    heartbeat = wire.recv_match(type="HEARTBEAT", blocking=True)
-    if heartbeat.get_srcSystem() == boat and heartbeat.custom_mode == GUIDED and heartbeat.base_mode & 128:
-        break
+while not (boat := wire.target_system):  # a ground station's heartbeat does not set it
+    wire.wait_heartbeat()
+heard = dict.fromkeys(("HEARTBEAT", "GLOBAL_POSITION_INT"), -math.inf)  # when the autopilot sent the last one, s
+guided, logged = False, 0
 
-began = time.monotonic()
+
+def positions() -> Iterator[mavutil.mavlink.MAVLink_global_position_int_message]:
+    """The positions that arrived since the last call; notes the mode on the way."""
+    global guided
+    while message := wire.recv_match(type=list(heard)):
+        if (message.get_srcSystem(), message.get_srcComponent()) != (boat, AUTOPILOT):
+            continue
+        heard[message.get_type()] = time.monotonic()
+        if message.get_type() == "HEARTBEAT":
+            guided = message.custom_mode == GUIDED and bool(message.base_mode & 128)
+        else:
+            yield message
+
+
+def missing() -> str:
+    """What the trial lacks, or nothing."""
+    silent = [name for name, at in heard.items() if time.monotonic() - at > SILENCE_MAX]
+    return f"no {silent[0]} of the autopilot" if silent else "" if guided else "the autopilot is not in GUIDED, or disarmed"
+
+
+print("switch to GUIDED, armed; any other mode ends the trial", flush=True)
+asked, said = -math.inf, ""
+while lack := missing():
+    if time.monotonic() - asked > 1:
+        asked = time.monotonic()
+        wire.mav.command_long_send(boat, AUTOPILOT, 511, 0, 33, 1e6 * STEP * 2, 0, 0, 0, 0, 0)  # GLOBAL_POSITION_INT
+    time.sleep(STEP)
+    for _ in positions():
+        pass
+    if lack != said:
+        said = lack
+        print(f"waiting: {lack}", flush=True)
+
+began, limit = time.monotonic(), 60 * arguments.minutes
 with open(arguments.log, "w", newline="") as file:
     rows = csv.writer(file)
     names = ("reference_speed_mps", "reference_heading_deg", "heading_deg", "ground_north_mps", "ground_east_mps")
@@ -66,20 +98,21 @@ with open(arguments.log, "w", newline="") as file:
     step_ends = 0.0
     for lasts, share, from_course, turn_rate in steps():
         step_began, step_ends = step_ends, step_ends + lasts * (arguments.longer if not turn_rate else 1)
+        if step_began >= limit or missing():
+            break
         print(f"{step_began:5.0f} s: {share * arguments.top:.2f} m/s, heading {(arguments.course + from_course) % 360:3.0f}°", flush=True)
-        while (now := time.monotonic() - began) < min(step_ends, 60 * arguments.minutes):
+        while (now := time.monotonic() - began) < min(step_ends, limit) and not missing():
             speed = share * arguments.top
             heading = (arguments.course + from_course + turn_rate * (now - step_began)) % 360
             yaw = math.remainder(math.radians(heading), math.tau)
-            wire.mav.set_position_target_local_ned_send(
-                0, boat, wire.target_component, 1, VELOCITY_AND_YAW, 0, 0, 0, speed, 0, 0, 0, 0, 0, yaw, 0
-            )
-            while message := wire.recv_match(type=["GLOBAL_POSITION_INT", "HEARTBEAT"]):
-                if message.get_srcSystem() != boat:
-                    continue
-                if message.get_type() == "GLOBAL_POSITION_INT":
-                    at = f"{time.monotonic() - began:.3f}"
-                    rows.writerow((at, f"{speed:.3f}", f"{heading:.2f}", message.hdg / 100, message.vx / 100, message.vy / 100))
-                elif message.custom_mode != GUIDED or not message.base_mode & 128:
-                    raise SystemExit(f"the autopilot left GUIDED, or is disarmed: the trial ends; {arguments.log} has what was sailed")
+            wire.mav.set_position_target_local_ned_send(0, boat, AUTOPILOT, 1, VELOCITY_AND_YAW, 0, 0, 0, speed, 0, 0, 0, 0, 0, yaw, 0)
+            for position in positions():
+                measured = "" if position.hdg == 65535 else position.hdg / 100
+                at = f"{time.monotonic() - began:.3f}"
+                rows.writerow((at, f"{speed:.3f}", f"{heading:.2f}", measured, position.vx / 100, position.vy / 100))
+                logged += 1
             time.sleep(STEP)
+lack = missing()
+print(f"{arguments.log} has {logged} positions", flush=True)
+if lack:
+    raise SystemExit(f"the trial ended early: {lack}")

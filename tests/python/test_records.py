@@ -7,6 +7,8 @@ with the table.
 import json
 import math
 import subprocess
+import sys
+from pathlib import Path
 
 import geopandas
 import jsonschema
@@ -19,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from program import program, read, rows_of
 
+DRAW = Path(__file__).resolve().parents[2] / "examples" / "draw.py"
 SCENARIO = "paper-tracking"
 SEED = 5
 VEHICLES = ["asc", "auv-1"]
@@ -283,3 +286,16 @@ def test_a_mission_without_a_surface_craft_leaves_in_every_format(tmp_path):
         summary = mcap.reader.make_reader(stream).get_summary()
     topics = {channel.topic for channel in summary.channels.values()}
     assert topics == {"/tf", "/rows", "/scene", "/auv-1/pose", "/auv-1/fix"}
+
+
+def test_a_simulated_fleet_is_drawn(tmp_path):
+    record, picture = tmp_path / "fleet.csv", tmp_path / "fleet.svg"
+    command = [program(), "simulate", "fleet-survey", "--duration-s", "10", "--out", record]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    for what, names in (
+        (["tracks"], ["asc-1", "asc-2", "auv-4"]),
+        (["time", "goal_distance_m"], ["asc-1", "asc-2"]),
+        (["ages"], ["auv-1", "auv-4"]),
+    ):
+        subprocess.run([sys.executable, DRAW, *what, record, "--out", picture], check=True, stdout=subprocess.DEVNULL)
+        assert all(f">{name}<" in picture.read_text(encoding="utf-8") for name in names), what

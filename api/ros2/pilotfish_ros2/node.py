@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import ssl
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -59,6 +61,7 @@ PARAMETERS: list[tuple[str, Any, tuple[float, float] | None, str]] = [
     ("heading_loop.rate_max_radps", 0.3, (0.001, 3.0), "largest turn rate that is published"),
     ("url", "http://127.0.0.1:8080", None, "address of the service"),
     ("token_file", "", None, "file with the token of a service that needs one"),
+    ("certificate", "", None, "PEM file of the service's certificate, or of its authority"),
     ("name", "craft", None, "name under which the node finds its mission again"),
     ("goal", "track", None, "track (the first AUV), midpoint, intermittent or visit"),
     ("dwell_s", 240.0, None, "time with each AUV (goal intermittent)"),
@@ -102,7 +105,8 @@ class PilotfishNode(Node):
         self._plans, self._fixes = Arrivals(), dict[str, Arrivals]()
 
         token = File(p["token_file"]).read_text("utf-8-sig").strip() if p["token_file"] else None
-        client = Client(p["url"], token, timeout_s=TIMEOUT_S, patience_s=PATIENCE_S)
+        verify = ssl.create_default_context(cafile=p["certificate"]) if p["certificate"] else True
+        client = Client(p["url"], token, timeout_s=TIMEOUT_S, patience_s=PATIENCE_S, verify=verify)
         self._link = MissionLink(
             client, p["name"], mission_body(p), p["mission"], p["report_interval_s"], self.get_logger().info
         )
@@ -172,6 +176,7 @@ class PilotfishNode(Node):
         if not self._settings["craft"]:
             raise ValueError("parameter craft is missing: the name of the craft in topics")
         self._settings["auvs"] = list(self._settings["auvs"] or [])
+        check_names(self._settings["craft"], self._settings["auvs"])
         self._settings["map_frame"] = self._settings["map_frame"].lstrip("/")
         # REP 103 has this suffix for frames whose z points down.
         if self._settings["map_frame"].endswith("_ned"):
@@ -368,6 +373,18 @@ class PilotfishNode(Node):
         """Writes to the node's log and to the mission's."""
         self.get_logger().info(text)
         self._link.note(time.time(), text[:500])
+
+
+def check_names(craft: str, auvs: list[str]) -> None:
+    """Names make topics: each has to be one, and no two the same."""
+    used: dict[str, str] = {}
+    for parameter, vehicle in [("craft", craft), *(("auvs", auv) for auv in auvs)]:
+        name = topic_name(vehicle)
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
+            raise ValueError(f"parameter {parameter}: {vehicle!r} cannot be in topics: letters, digits, - and _ can")
+        if name in used:
+            raise ValueError(f"parameter {parameter}: {used[name]!r} and {vehicle!r} have the same topic {name}/odom")
+        used[name] = vehicle
 
 
 def topic_name(vehicle: str) -> str:
