@@ -120,7 +120,7 @@ fn command_line() -> clap::Command {
     })
 }
 
-/// What brings a command that this program lacks.
+/// The feature that brings a command that this program lacks.
 fn brought_by(command: &str) -> Option<String> {
     let feature = match command {
         "simulate" | "compare" | "campaign" | "identify" if !cfg!(feature = "laboratory") => "laboratory",

@@ -55,7 +55,7 @@ pub(crate) struct AutopilotLink {
     stack: Stack,
 }
 
-/// What is spoken on the wire.
+/// The protocol on the wire.
 enum Stack {
     Mavlink {
         send: Output,

@@ -83,7 +83,8 @@ impl SteadyTurn {
         self.velocity.norm() * self.lasted
     }
 
-    /// The longest steady turn to the newest of the `fixes`, if the newest has no course and no line fits.
+    /// The longest steady turn that ends at the newest of the `fixes`. None if that has a course or a
+    /// line fits.
     ///
     /// ```text
     /// z(t) = p + v b(t)     b = (exp(i ω t) − 1) / (i ω)

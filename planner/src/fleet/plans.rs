@@ -22,7 +22,7 @@ impl Fleet {
     }
 
     /// Plans for every craft by `assignment`, in the order of way: each of its [`Self::next`].
-    /// `plan` gets the number of plans that are left, too.
+    /// `plan` also gets the number of plans that are left.
     pub fn plans<P: AsRef<Plan>>(
         &self,
         assignment: &Assignment,

@@ -101,7 +101,7 @@ impl Facts {
         }
     }
 
-    /// Who serves whom, in a fleet.
+    /// The assignment of AUVs to craft, of a fleet.
     pub(super) fn assigned(&self) -> Option<&Assigned> {
         self.fleet().map(|facts| &facts.assigned)
     }

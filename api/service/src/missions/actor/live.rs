@@ -455,7 +455,8 @@ impl Live {
     }
 }
 
-/// Parts of the state that plans replace: memories of the craft, their absences, and a new assignment.
+/// Parts of the state that plans replace: memories of the craft, their absences, and a new
+/// assignment.
 type AfterPlans = (Vec<(Option<String>, Left)>, AbsenceOf, Option<Box<Assigned>>);
 
 /// Replaces these parts of the state, and returns the previous ones.
