@@ -135,11 +135,12 @@ impl MissionLink {
         self.shared.status.lock().clone()
     }
 
-    /// Posts the craft's newest state soon, by the bridge's clock, and whether it is steered.
-    pub(crate) fn report_craft(&self, state: &MeasuredState, is_steered: bool) {
+    /// Posts the craft's newest state soon, by the bridge's clock, with the share of its energy that
+    /// is left, and whether it is steered.
+    pub(crate) fn report_craft(&self, state: &MeasuredState, battery: Option<f64>, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
         let report = asc_report(t_s, state, is_steered, &mut self.shared.status.lock().clamped);
-        self.shared.outbox.lock().asc = vec![report];
+        self.shared.outbox.lock().asc = vec![AscReport { battery, ..report }];
     }
 
     /// Posts a fix soon, with Unix time.
@@ -440,7 +441,7 @@ fn asc_report(t_s: f64, state: &MeasuredState, steered: bool, counts: &mut Rejec
         ground_north_mps: ground.map(|velocity| asc(velocity.x, "ground_north_mps", "ground velocity")),
         ground_east_mps: ground.map(|velocity| asc(velocity.y, "ground_east_mps", "ground velocity")),
     };
-    AscReport { t_s, state, current, steered }
+    AscReport { t_s, state, current, steered, battery: None }
 }
 
 /// Position of a range's transducer (north, east) from the mission's `origin`, m. The bridge learns

@@ -5,7 +5,7 @@ import { Recording } from "./recording.js";
 /** @typedef {import("./types.js").Assigned} Assigned */
 
 /** What an absence is called in the log, and what its end. @type {{ [away: string]: string }} */
-const ABSENCES = { silent: "is silent", not_steering: "is not steered", does_not_follow: "does not follow", person: "is steered by a person", returning: "is well again" };
+const ABSENCES = { silent: "is silent", not_steering: "is not steered", battery_low: "has little energy left", does_not_follow: "does not follow", person: "is steered by a person", returning: "is well again" };
 
 /** The recording of one craft of a fleet. */
 class CraftRecording extends Recording {

@@ -17,7 +17,7 @@ const SERVED_SHOWN_S = 3600;
 /** So many times as far as the last visit is, its number has room, too. */
 const ROOM = 1.05;
 /** An absence as its row says it. @type {{ [away: string]: string }} */
-const AWAY_WORDS = { silent: "silent", not_steering: "not steering", does_not_follow: "does not follow", person: "a person has it", returning: "returning" };
+const AWAY_WORDS = { silent: "silent", not_steering: "not steering", battery_low: "battery low", does_not_follow: "does not follow", person: "a person has it", returning: "returning" };
 
 /** A row for each craft. */
 export class FleetStrip {

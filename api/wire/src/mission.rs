@@ -119,6 +119,8 @@ pub struct CraftSummary {
     pub plan: Option<PlanSummary>,
     /// Last reported state of its steering.
     pub steering: Option<LastSteering>,
+    /// Share of its energy that was left when it was last reported.
+    pub battery: Option<f64>,
 }
 
 /// Why a craft of a fleet serves no AUV.
@@ -133,6 +135,8 @@ pub enum Away {
     NotSteering,
     /// Its bridge sends no references, as intended: the craft is not armed, or this is a dry run.
     Waiting,
+    /// It has less energy left than its `battery_min`.
+    BatteryLow,
     /// It does not move as its plans foresee.
     DoesNotFollow,
     /// It is well again, and not yet for long enough to serve.

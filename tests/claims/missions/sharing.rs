@@ -231,6 +231,36 @@ async fn a_fleet_continues_with_its_assignment_after_a_restart() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_craft_with_little_energy_gives_its_auvs_away_until_it_has_more_and_rested() {
+    let mut flight = Flight::begin(6, "midpoint", 2, [f64::INFINITY; 2]).await;
+    flight.until(10.0).await;
+    // Each share is reported at its time, s; the craft's own reports say nothing of it.
+    let (low, rests) = (Some("battery_low"), Some("returning"));
+    let until_low = [(0.21, 20.0, None), (0.19, 30.0, low), (0.21, 70.0, low)];
+    let after = [(0.3, 90.0, rests), (0.3, 110.0, None), (0.21, 120.0, None)];
+    for (share, until, away) in until_low.into_iter().chain(after) {
+        let now = flight.service.clock.unix_s();
+        let state = json!({ "north_m": 0, "east_m": 0, "heading_deg": 0, "speed_mps": 0 });
+        let report = json!({ "t_s": now - 5.0, "state": state, "battery": share });
+        let body = json!({ "craft": "asc-1", "asc": [report] });
+        flight.service.order(&flight.mission, "reports", body).await;
+        flight.until(until).await;
+        let parts = flight.parts().await;
+        assert_eq!(parts["asc-1"].1, json!(away), "{share}: {parts:?}");
+        assert_eq!(parts["asc-1"].0.is_empty(), away.is_some(), "{share}: {parts:?}");
+        flight.all_are_served().await;
+    }
+    assert_eq!(flight.service.ask(&flight.mission).await["surface_craft"][1]["battery"], 0.21);
+    // Without another one it serves as long as it can.
+    let setting =
+        json!({ "surface_craft": [{ "id": "asc-0", "serves": [] }, { "id": "asc-1", "battery_min": 0.5 }] });
+    flight.service.change(&flight.mission, setting).await;
+    flight.until(125.0).await;
+    flight.all_are_served().await;
+    flight.service.n_replayed(&flight.mission);
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_craft_that_a_person_has_serves_nobody_and_stops_for_nobody() {
     let mut flight = Flight::begin(4, "midpoint", 2, [f64::INFINITY; 2]).await;
     flight.until(10.0).await;

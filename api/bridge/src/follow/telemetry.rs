@@ -43,6 +43,8 @@ pub(crate) struct Telemetry {
     poses: PoseHistory,
     /// Roll and pitch, rad.
     tilt: [f64; 2],
+    /// Share of the craft's energy that is left.
+    pub(super) battery: Option<f64>,
     settling: Settling,
 }
 
@@ -149,6 +151,7 @@ impl Telemetry {
             AutopilotEvent::PositionKnown(known) => self.position_known = Some(known),
             AutopilotEvent::Time(autopilot_s) => self.note_clock(autopilot_s - unix_s, log),
             AutopilotEvent::Attitude { roll, pitch } => self.tilt = [roll, pitch],
+            AutopilotEvent::Battery(left) => self.battery = Some(left),
         }
     }
 

@@ -38,6 +38,8 @@ pub(crate) enum AutopilotEvent {
         kind: String,
     },
     PositionKnown(bool),
+    /// Share of the craft's energy that is left.
+    Battery(f64),
     /// Time on the clock of the craft's autopilot, s of Unix time.
     Time(f64),
     /// Roll and pitch of the craft, rad, positive starboard down and nose up.
@@ -272,6 +274,12 @@ impl MavlinkReader {
                 Ok(said) => heard.push(AutopilotEvent::Text(said.to_owned())),
                 Err(_) => self.rejects.count("status that is no text"),
             },
+            // Percent; -1 if the autopilot does not know.
+            MavMessage::SYS_STATUS(status) => {
+                let percent =
+                    Some(f64::from(status.battery_remaining)).filter(|left| (0.0..=100.0).contains(left));
+                heard.extend(percent.map(|left| AutopilotEvent::Battery(left / 100.0)));
+            }
             // 0 before the first fix.
             MavMessage::SYSTEM_TIME(time) if time.time_unix_usec != 0 => {
                 heard.push(AutopilotEvent::Time(Duration::from_micros(time.time_unix_usec).as_secs_f64()));

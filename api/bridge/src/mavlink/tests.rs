@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use ::mavlink::dialects::ardupilotmega::{
     AIS_VESSEL_DATA, ATTITUDE_DATA, AisFlags, AisNavStatus, EKF_STATUS_REPORT_DATA, ESTIMATOR_STATUS_DATA,
     EkfStatusFlags, EstimatorStatusFlags, FOLLOW_TARGET_DATA, GLOBAL_POSITION_INT_DATA, MavAutopilot,
-    MavFrame, MavMessage, MavSeverity, MavType,
+    MavFrame, MavMessage, MavSeverity, MavType, SYS_STATUS_DATA,
 };
 use ::mavlink::types::CharArray;
 use ::mavlink::{MavHeader, MavlinkReader as FrameReader};
@@ -74,6 +74,16 @@ fn fix(message: &MavMessage) -> Option<AuvFix> {
         [AutopilotEvent::Measured(Measurement::Auv(fix))] => Some(fix.clone()),
         _ => None,
     }
+}
+
+#[test]
+fn the_charge_of_the_battery_is_read_if_the_autopilot_knows_it() {
+    let charge = |battery_remaining| {
+        let status = SYS_STATUS_DATA { battery_remaining, ..SYS_STATUS_DATA::DEFAULT };
+        reader().push(&frame(1, 1, &MavMessage::SYS_STATUS(status)), 0.0)
+    };
+    assert_eq!(charge(80), [AutopilotEvent::Battery(0.8)]);
+    assert_eq!((charge(0), charge(-1), charge(101)), (vec![AutopilotEvent::Battery(0.0)], vec![], vec![]));
 }
 
 /// The only message in `bytes`.

@@ -31,7 +31,7 @@ const VELOCITY: u16 = 0xDC7;
 /// A custom mode follows. Source: MAVLink, `MAV_MODE_FLAG_CUSTOM_MODE_ENABLED`.
 const CUSTOM_MODE: f32 = 1.0;
 /// Numbers and rates, Hz, of the messages that the bridge needs.
-const STREAMS: [(f32, f32); 5] = [
+const STREAMS: [(f32, f32); 6] = [
     // GLOBAL_POSITION_INT, ATTITUDE: the start of a plan.
     (33.0, 10.0),
     (30.0, 10.0),
@@ -40,6 +40,8 @@ const STREAMS: [(f32, f32); 5] = [
     (193.0, 2.0),
     // SYSTEM_TIME: the error of its clock.
     (2.0, 1.0),
+    // SYS_STATUS: the charge of its battery.
+    (1.0, 0.5),
 ];
 const MICROSECONDS: f32 = 1e6;
 

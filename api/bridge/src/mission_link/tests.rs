@@ -249,7 +249,7 @@ async fn rejected_reports_are_counted_with_the_last_reason() {
             return no_plan_yet();
         }
         let unlisted = json!({ "pointer": "/auvs/unlisted", "code": "unknown_auv", "detail": "is unknown" });
-        match (body(call).contains("unlisted"), body(call).contains("asc")) {
+        match (body(call).contains("unlisted"), body(call).contains(r#""battery":0.5"#)) {
             (true, true) => (200, json!({ "sequence": 1, "rejected": [unlisted] })),
             (true, false) => (422, json!({ "code": "invalid_request", "detail": "", "errors": [unlisted] })),
             (false, _) => (200, mission("m-1")),
@@ -258,7 +258,7 @@ async fn rejected_reports_are_counted_with_the_last_reason() {
     let link = joined(&clock, None, transport);
     let rejected = |count, why: &str| Some((count, why.to_owned()));
     // With an accepted state, and alone.
-    link.report_craft(&state(), false);
+    link.report_craft(&state(), Some(0.5), false);
     link.report_auv(&fix("unlisted"));
     clock.sleep(Duration::from_secs(5)).await;
     assert_eq!(link.status().rejected, rejected(1, "/auvs/unlisted: is unknown"));

@@ -26,6 +26,8 @@ const REAL_PERIOD_MIN: f64 = 0.05;
 pub(crate) const SPEED_FACTOR: RangeInclusive<f64> = 0.1..=1000.0;
 /// Plans of one step.
 pub(crate) const TICKS: RangeInclusive<u32> = 1..=60;
+/// Share of a surface craft's energy that is left.
+pub(crate) const BATTERY: RangeInclusive<f64> = 0.0..=1.0;
 /// Greatest age of a report, s. An older time is not on the mission's clock.
 const AGE_MAX: f64 = 86_400.0;
 /// Greatest age of a state of the surface craft, s: an older one steers nothing. Less than a time
@@ -102,7 +104,9 @@ fn trial(config: &Live, shorten: impl Fn(&mut PlanRequest)) -> Result<(), Vec<Fi
             errors.push(FieldError::new(format!("/{member}"), "contradicts", detail));
         }
     }
-    for (i, LiveCraft { id, .. }) in craft.iter().enumerate() {
+    for (i, LiveCraft { id, battery_min, .. }) in craft.iter().enumerate() {
+        let pointer = || format!("/surface_craft/{i}/battery_min");
+        errors.extend(battery_min.and_then(|least| FieldError::outside(pointer(), least, &BATTERY)));
         let detail = "is the name of an AUV";
         if config.auvs.iter().any(|auv| auv.id == id.0) {
             errors.push(FieldError::new(format!("/surface_craft/{i}/id"), "duplicate", detail).given(&*id.0));
@@ -228,6 +232,8 @@ pub(crate) fn report(config: &Live, heard: &Reports, now: f64) -> Vec<FieldError
         let pointer = format!("/asc/{i}/t_s");
         errors.extend(off_the_clock(&pointer, report.t_s, now, STATE_AGE_MAX));
         errors.extend(report.state.faults(&format!("/asc/{i}/state")));
+        let outside = |battery| FieldError::outside(format!("/asc/{i}/battery"), battery, &BATTERY);
+        errors.extend(report.battery.and_then(outside));
         if let Some(current) = report.current {
             errors.extend(current.faults(&format!("/asc/{i}/current")));
         }

@@ -22,6 +22,12 @@ const LEARNT_AGE_MAX: f64 = 2.0;
 /// service, and it loses way.
 const STOPS_IN: f64 = 3.0;
 
+/// Share of its energy below which a craft of a fleet serves nobody, if its mission states none:
+/// ArduPilot's boats warn there. Assumption for other craft. An empty battery recovers a little
+/// without load, by less than the second.
+const BATTERY_MIN: f64 = 0.2;
+const BATTERY_RECOVERS: f64 = 0.05;
+
 /// Time for which a craft of a fleet has to be well before it serves again, s: at first, and at
 /// most. It doubles if the craft has not served for [`STEADY`] since it was away last.
 const REST: f64 = 30.0;
@@ -38,6 +44,9 @@ pub(super) struct CraftState {
     /// The last report of whether it is steered. No plan of a mission with one craft depends on it.
     #[serde(default)]
     pub(super) steering: Option<Steering>,
+    /// Share of its energy that is left, as last reported.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) battery: Option<f64>,
     pub(super) previous_plan: Option<PreviousPlan>,
     /// In a fleet, `true` if it does not follow by its last plan.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -61,6 +70,9 @@ pub(super) struct Absence {
     until_s: f64,
     /// Time for which it has to be well, s.
     rest_s: f64,
+    /// `true` if too little energy was the reason.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    is_empty: bool,
 }
 
 /// A craft of a fleet, for clients.
@@ -70,6 +82,7 @@ pub(super) struct CraftView {
     pub(super) auvs: Vec<String>,
     pub(super) away: Option<Away>,
     pub(super) steering: Option<Steering>,
+    pub(super) battery: Option<f64>,
 }
 
 /// A craft at the time of a plan.
@@ -105,6 +118,9 @@ impl CraftState {
         {
             self.asc = Some(newest.clone());
         }
+        let batteries = heard.asc.iter().filter_map(|asc| Some((asc.t_s, asc.battery?)));
+        let battery = batteries.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, share)| share);
+        self.battery = battery.or(self.battery);
         let said = self.steering.iter().chain(&heard.steering);
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
     }
@@ -182,12 +198,15 @@ impl CraftState {
         vessel.faults("").is_empty().then_some(vessel)
     }
 
-    /// Why it can serve nobody at `now`, s, and its absence after that.
-    pub(super) fn away(&self, now: f64) -> (Option<Away>, Option<Absence>) {
+    /// Why it can serve nobody at `now`, s, and its absence after that. It needs the share
+    /// `battery_min` of its energy.
+    pub(super) fn away(&self, now: f64, battery_min: Option<f64>) -> (Option<Away>, Option<Absence>) {
         // A clock that was set back makes no absence longer.
         let before = self.absence.filter(|before| before.until_s <= now + before.rest_s);
-        let Some(why) = self.unable(now) else {
-            let rests = before.is_some_and(|before| now < before.until_s);
+        let rests = before.is_some_and(|before| now < before.until_s);
+        let was_empty = rests && before.is_some_and(|before| before.is_empty);
+        let needed = battery_min.unwrap_or(BATTERY_MIN) + if was_empty { BATTERY_RECOVERS } else { 0.0 };
+        let Some(why) = self.unable(now, needed) else {
             return (rests.then_some(Away::Returning), before);
         };
         // One whose state was never heard, or that nobody asked to do anything, need not rest.
@@ -199,10 +218,11 @@ impl CraftState {
             Some(before) if now < before.until_s + STEADY => (2.0 * before.rest_s).min(REST_MAX),
             _ => REST,
         };
-        (Some(why), Some(Absence { until_s: now + rest_s, rest_s }))
+        let is_empty = why == Away::BatteryLow;
+        (Some(why), Some(Absence { until_s: now + rest_s, rest_s, is_empty }))
     }
 
-    fn unable(&self, now: f64) -> Option<Away> {
+    fn unable(&self, now: f64, battery_min: f64) -> Option<Away> {
         if !self.is_heard(now) {
             return Some(Away::Silent);
         }
@@ -212,6 +232,7 @@ impl CraftState {
             Some(SteeringState::NotSteering) => Some(Away::NotSteering),
             Some(SteeringState::Waiting) => Some(Away::Waiting),
             None if self.asc.as_ref().is_some_and(|asc| !asc.steered) => Some(Away::Waiting),
+            _ if self.battery.is_some_and(|battery| battery < battery_min) => Some(Away::BatteryLow),
             _ => self.strays.then_some(Away::DoesNotFollow),
         }
     }

@@ -150,6 +150,7 @@ impl LastValues {
                 away: craft.away,
                 plan: plan.map(|plan| summary(plan)),
                 steering: craft.steering.as_ref().map(|said| said.at(now)),
+                battery: craft.battery,
             }
         };
         Self {

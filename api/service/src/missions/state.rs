@@ -278,16 +278,18 @@ impl MissionState {
         let (mut away, mut after) = (BTreeMap::new(), BTreeMap::new());
         let planned_at = self.fleet.values().filter_map(CraftState::planned_at);
         let newest = planned_at.fold(f64::NEG_INFINITY, f64::max);
+        let all = &self.config.surface_craft;
         for (id, craft) in &self.fleet {
-            let (why, absence) = craft.away(now);
+            let described = all.iter().find(|described| described.id.0 == *id);
+            let battery_min = described.and_then(|described| described.battery_min);
+            let (why, absence) = craft.away(now, battery_min);
             // After a silence of all, or of the service, nobody has been away.
             let has_missed = craft.planned_at().is_some_and(|at| at < newest);
             let is_absent = why != Some(Away::Silent) || has_missed;
             after.insert(id.clone(), if is_absent { absence } else { craft.absence });
             away.extend(why.map(|why| (id.clone(), why)));
         }
-        // A craft that follows badly is better than none.
-        let all = &self.config.surface_craft;
+        // A craft that follows badly, or not for long, is better than none.
         let may_serve = |craft: &LiveCraft, auv: &str| {
             craft.serves.as_ref().is_none_or(|serves| serves.iter().any(|served| served.0 == auv))
         };
@@ -297,7 +299,9 @@ impl MissionState {
             .collect();
         let needed = all.iter().filter(|craft| alone.iter().any(|auv| may_serve(craft, auv)));
         for craft in needed {
-            let can = |why: &Away| matches!(why, Away::DoesNotFollow | Away::Returning | Away::Waiting);
+            let can = |why: &Away| {
+                matches!(why, Away::DoesNotFollow | Away::Returning | Away::Waiting | Away::BatteryLow)
+            };
             if away.get(&craft.id.0).is_some_and(can) {
                 away.remove(&craft.id.0);
             }
@@ -330,6 +334,7 @@ impl MissionState {
                 auvs: served(id),
                 away: away.get(id).copied(),
                 steering: craft.steering.clone(),
+                battery: craft.battery,
             })
             .collect()
     }

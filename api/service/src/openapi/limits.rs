@@ -174,6 +174,8 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Step.ticks", between(check::TICKS)),
         ("Step.ticks", default(Step::default().ticks)),
         ("PreviousFleet.surface_craft", list(0, CRAFT_MAX)),
+        ("AscReport.battery", between(check::BATTERY)),
+        ("LiveCraft.battery_min", between(check::BATTERY)),
         ("SurfaceCraft.id", name.clone()),
         ("SurfaceCraft.serves", list(0, AUVS_MAX)),
         ("Tuning.steps_s", list(*STEPS_COUNT.start(), *STEPS_COUNT.end())),

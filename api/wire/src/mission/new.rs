@@ -203,6 +203,8 @@ pub struct LiveCraft {
     /// by. Default: all.
     #[schema(value_type = Option<Vec<String>>)]
     pub serves: Option<Vec<VehicleId>>,
+    /// Share of its energy below which it gives its AUVs to others. Default: 0.2.
+    pub battery_min: Option<f64>,
 }
 
 /// An underwater vehicle of a live mission.

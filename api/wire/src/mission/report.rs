@@ -178,6 +178,11 @@ pub struct AscReport {
     /// learning stays, and references turn from the present heading. Default: yes.
     #[serde(default = "yes", skip_serializing_if = "is_yes")]
     pub steered: bool,
+    /// Share of its energy that is left. In a fleet, the newest known one counts, and a craft with
+    /// too little gives its AUVs to others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(example = 0.8)]
+    pub battery: Option<f64>,
 }
 
 fn yes() -> bool {
