@@ -221,7 +221,7 @@ impl SurfaceCraftMetrics {
             answers_by_method: AnswersByMethod::of(&rows),
             visits: VisitMetrics::of(record),
             localisation: LocalisationMetrics::of(record),
-            traffic: TrafficMetrics::of(record),
+            traffic: TrafficMetrics::of_all(record),
         })
     }
 }
@@ -233,6 +233,12 @@ fn distances_to_goal(rows: &[&SurfaceCraftRow]) -> Vec<f64> {
 }
 
 impl TrafficMetrics {
+    /// Of several craft, those of the one that a vessel came nearest to.
+    fn of_all(record: &Record) -> Option<Self> {
+        let each = (0..record.fleet.len()).filter_map(|number| Self::of(&record.of_craft(number)));
+        each.min_by(|a, b| a.least_m.total_cmp(&b.least_m)).or_else(|| Self::of(record))
+    }
+
     fn of(record: &Record) -> Option<Self> {
         let side = |row: &Row, vessel: &VesselRow| {
             let craft = row.surface_craft.as_ref()?;

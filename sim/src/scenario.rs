@@ -92,6 +92,7 @@ const BUILT_IN: &[(&str, &str)] = built_in![
     "fleet-speeds",
     "fleet-localise",
     "fleet-relay",
+    "fleet-traffic",
 ];
 
 /// Largest size of a scenario file, bytes: hundreds of times the largest built-in one.

@@ -8,7 +8,7 @@ use planner::fleet::{Assignment, CraftAssignment, Fleet, Member, SlotUse};
 use planner::goal::GoalForecast;
 use planner::parameters::Parameters;
 use planner::plan::{Plan, Workspace, plan};
-use planner::snapshot::{FieldError, PlanRequest, PreviousPlan, Snapshot, VehicleId, Vessel};
+use planner::snapshot::{FieldError, PlanRequest, PreviousPlan, Snapshot, VESSELS_MAX, VehicleId, Vessel};
 use planner::stop::Stop;
 
 use super::assigner::Assigner;
@@ -145,7 +145,7 @@ impl FleetPlanner {
         let there =
             |number| Some(Vessel { t_s: Some(requests[0].t_s), ..self.heard.get(&id(&number))?.clone() });
         let drifting: Vec<Vessel> = dead.filter_map(there).collect();
-        let leading = PlanRequest { auvs: shared(&requests), traffic: drifting, ..requests[0].clone() };
+        let leading = PlanRequest { auvs: shared(&requests), ..requests[0].clone() };
         let members = alive.iter().zip(requests).map(|(number, own)| Member {
             id: id(number),
             serves: self.names[*number].1.clone(),
@@ -155,6 +155,7 @@ impl FleetPlanner {
                 asc: own.asc,
                 craft: own.craft,
                 limits: own.limits,
+                traffic: drifting.iter().cloned().chain(own.traffic).take(VESSELS_MAX).collect(),
                 previous_plan: self.plans.get(&id(number)).cloned(),
                 ..leading.clone()
             },

@@ -102,6 +102,18 @@ fn a_dead_craft_drifts_and_its_auvs_have_another_craft_in_the_next_second() {
 }
 
 #[test]
+fn each_craft_keeps_clear_of_vessels_that_it_hears_and_the_nearest_pass_of_any_counts() {
+    let record = flown(&named("fleet-traffic").lasting(420.0), Assigner::Planner, 1);
+    let traffic = SurfaceCraftMetrics::of(&record).and_then(|all| all.traffic).expect("met vessels");
+    assert!(traffic.too_near_m.count == 0, "{traffic:?}");
+    let fleet = FleetMetrics::of(&record).expect("has several");
+    let each = fleet.craft.values().filter_map(|craft| craft.traffic.map(|of| of.least_m));
+    assert_eq!((each.clone().count(), each.reduce(f64::min)), (2, Some(traffic.least_m)));
+    let moves = |row: &Row| row.craft().all(|craft| craft.manoeuvre.is_none());
+    assert!(!record.rows.iter().all(moves), "some have to dodge");
+}
+
+#[test]
 fn rules_assign_what_craft_may_serve_and_one_craft_leaves_the_others_where_they_are() {
     let limited = text("fleet-survey").replace("id = \"asc-2\"", "id = \"asc-2\"\nserves = [\"auv-4\"]");
     let scenario = parsed(&limited).lasting(30.0);
@@ -167,7 +179,7 @@ fn what_does_not_fit_several_craft_is_refused_with_its_field() {
         id = "asc-2" | id = "asc-2"\nspeed_mps = 40 | surface_craft[1].speed_mps: 40 is outside
         id = "asc-2" | id = "asc-2"\nsped_mps = 4 | surface_craft[1].sped_mps: unknown field
         craft = "asc-2" | craft = "asc-4" | faults[0].craft: there is no surface craft "asc-4"
-        [[faults]] | [[traffic]]\nid = "a"\nnorth_m = 0\neast_m = 0\ncourse_rad = 0\nspeed_mps = 1\n[[faults]] | traffic: several surface craft meet no other vessels
+        [[faults]] | [[traffic]]\nid = "a"\nnorth_m = 0\neast_m = 0\ncourse_rad = 0\nspeed_mps = 1\nbehaviour = "gives_way"\n[[faults]] | traffic[0].behaviour: no vessel gives way to several craft
         [[faults]] | MANY[[faults]] | surface_craft: 8 craft; at most 6
         "#,
     ) {

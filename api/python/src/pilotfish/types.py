@@ -82,6 +82,9 @@ class Asc(TypedDict):
 class AscReport(TypedDict):
     """A state of the surface craft."""
 
+    # Share of its energy that is left. In a fleet, the newest known one counts, and a craft with too little gives
+    # its AUVs to others. From 0 to 1.
+    battery: NotRequired[float | None]
     # Current of the craft's observer: it overrides the mission's `current` and velocities.
     current: NotRequired[Current | None]
     # The state.
@@ -189,7 +192,7 @@ class Avoidance(TypedDict):
 
 
 # Why a craft of a fleet serves no AUV.
-Away: TypeAlias = Literal["silent", "person", "not_steering", "waiting", "does_not_follow", "returning"]
+Away: TypeAlias = Literal["silent", "person", "not_steering", "waiting", "battery_low", "does_not_follow", "returning"]
 
 
 class Baseline(TypedDict):
@@ -352,6 +355,8 @@ class CraftSummary(TypedDict):
     auvs: list[str]
     # Why it serves none, if it is unable to.
     away: NotRequired[Away | None]
+    # Share of its energy that was left when it was last reported.
+    battery: NotRequired[float | None]
     # Its name.
     id: str
     # Its last plan.
@@ -1008,6 +1013,8 @@ class LiveAuv(TypedDict):
 class LiveCraft(TypedDict):
     """A surface craft of a fleet."""
 
+    # Share of its energy below which it gives its AUVs to others. Default: 0.2. From 0 to 1.
+    battery_min: NotRequired[float | None]
     # Its closed-loop response, as in a snapshot.
     craft: NotRequired[Craft | None]
     # Its name, unique among all vehicles of the mission, 1 to 64 bytes.

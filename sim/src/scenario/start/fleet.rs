@@ -8,6 +8,7 @@ use super::invalid::{InvalidScenario, invalid, refused};
 use crate::observe::Briefing;
 use crate::scenario::file::{Scenario, SurfaceCraftFile};
 use crate::world::SurfaceCraft;
+use crate::world::vessel::Behaviour;
 
 impl Scenario {
     /// Every craft, with what it knows and its contact range, m. All have the goal of the first.
@@ -50,8 +51,9 @@ impl Scenario {
         if !self.has_fleet() {
             return Ok(());
         }
-        if !self.traffic.is_empty() {
-            return refused("traffic", "several surface craft meet no other vessels");
+        // Each craft has a world of its own, in which a vessel would give way to it alone.
+        if let Some(i) = self.traffic.iter().position(|vessel| vessel.behaviour == Behaviour::GivesWay) {
+            return refused(format!("traffic[{i}].behaviour"), "no vessel gives way to several craft");
         }
         for (i, craft) in self.surface_craft.iter().enumerate() {
             self.check_craft(i, craft)?;
