@@ -89,6 +89,24 @@ fn a_craft_inside_takes_the_nearest_way_out_and_the_violation_names_the_area() {
 }
 
 #[test]
+fn a_craft_in_one_of_two_areas_that_touch_leaves_both() {
+    // Shallows before land: the border that they share is nearer than the sea.
+    let square = |south, north| NoGo::new(vec![[south, 0.0], [south, 100.0], [north, 100.0], [north, 0.0]]);
+    let mut request = scene([15.0, 50.0], [-40.0, 50.0]);
+    request.no_go = vec![square(0.0, 20.0), square(20.0, 200.0)];
+    let mut workspace = Workspace::default();
+    for _ in 0..20 {
+        let (_, answer) = planned(&request, &mut workspace);
+        let next = answer.trajectory[2];
+        request.t_s = next.t_s;
+        [request.asc.north_m, request.asc.east_m] = next.position().into();
+        (request.asc.heading_rad, request.asc.speed_mps) = (next.heading_rad, next.speed_mps);
+        request.previous_plan = Some(PreviousPlan { craft_estimate: None, ..(&answer).into() });
+    }
+    assert!(request.asc.north_m < 0.0, "{}", request.asc.north_m);
+}
+
+#[test]
 fn a_craft_that_faces_a_wall_turns_slowly_beside_it() {
     // 2 to 3 m from the western arm, less than a turn takes, with the way out on its side.
     for east in [-12.0, -12.5, -13.0] {

@@ -148,7 +148,7 @@ pub(crate) fn select_answer(
         range_unattainable: horizon.constraints.range_unattainable,
         schedule,
         figure: goal.figure().cloned(),
-        avoidance: goal.avoidance().cloned(),
+        avoidance: goal.avoidance().map(|known| if is_held { known.held() } else { known.clone() }),
         goal_in_no_go: snapshot.no_go_at(&goal.wanted(0.0).position),
         goal_is_reachable: goal.is_reachable(),
     }

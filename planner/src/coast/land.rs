@@ -44,14 +44,25 @@ impl Land {
         self.rings.is_empty()
     }
 
-    /// The area in which `point` is deepest, by index, and its depth, m.
+    /// The area in which `point` is deepest, by index, and the way out of all areas, m.
     pub(crate) fn inside(&self, point: &Vector2<f64>) -> Option<(usize, f64)> {
         let around = self.around(point);
-        let depth = |polygon: usize| {
-            let border = self.sides.nearest(point, f64::INFINITY, |side| side.polygon == polygon);
-            (polygon, border.map_or(0.0, |(_, depth)| depth))
+        let border = |polygon| self.sides.nearest(point, f64::INFINITY, |side| side.polygon == polygon);
+        let depth = |polygon: usize| (polygon, border(polygon).map_or(0.0, |(_, depth)| depth));
+        let depths = around.into_iter().map(depth);
+        let (deepest, depth) = depths.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))?;
+        Some((deepest, self.way_out(point).map_or(depth, |(_, way)| way)))
+    }
+
+    /// The nearest place of a border behind which is no other area, and its distance, m: areas may
+    /// touch and overlap.
+    pub(crate) fn way_out(&self, point: &Vector2<f64>) -> Option<(Vector2<f64>, f64)> {
+        let leads_out = |side: &Side| {
+            let border = nearest_on(&side.from, &side.to, point);
+            let out = (border - point).try_normalize(ON_THE_BORDER);
+            out.is_none_or(|out| !self.covers(&(border + out * (2.0 * ON_THE_BORDER))))
         };
-        around.into_iter().map(depth).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
+        self.sides.nearest(point, f64::INFINITY, leads_out)
     }
 
     /// The areas around `point`: those whose sides a ray from it meets an odd number of times.

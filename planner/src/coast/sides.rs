@@ -122,13 +122,11 @@ impl Sides {
         let (at, within) = (Bounds::of(point, point), Cell::new(most));
         let mut nearest = None;
         let look = |side: &Side| {
-            if counts(side) {
-                let place = nearest_on(&side.from, &side.to, point);
-                let distance = (place - point).norm();
-                if distance < within.get() {
-                    within.set(distance);
-                    nearest = Some((place, distance));
-                }
+            let place = nearest_on(&side.from, &side.to, point);
+            let distance = (place - point).norm();
+            if distance < within.get() && counts(side) {
+                within.set(distance);
+                nearest = Some((place, distance));
             }
             ControlFlow::<()>::Continue(())
         };

@@ -51,7 +51,10 @@ impl Assignment {
     /// The AUVs that the craft at an index serves now: its own, and those that it hands over.
     pub fn serves(&self, craft: usize) -> impl Iterator<Item = &VehicleId> {
         let CraftAssignment { id, auvs, .. } = &self.craft[craft];
-        let handed_over = self.hand_overs.iter().filter(move |hand_over| hand_over.craft == *id);
+        let is_own = |auv: &VehicleId| auvs.contains(auv);
+        let handed_over = self.hand_overs.iter();
+        let handed_over =
+            handed_over.filter(move |hand_over| hand_over.craft == *id && !is_own(&hand_over.auv));
         auvs.iter().chain(handed_over.map(|hand_over| &hand_over.auv))
     }
 }

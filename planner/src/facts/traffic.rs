@@ -238,6 +238,15 @@ pub struct Avoidance {
     /// `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vessels: Vec<PastVessel>,
-    /// The same in one sentence.
+    /// The same in one sentence; empty for a craft that holds.
     pub sentence: String,
+}
+
+impl Avoidance {
+    /// It for a craft that holds, and so makes no manoeuvre.
+    pub(crate) fn held(&self) -> Self {
+        let mut held = Self { manoeuvre: None, sentence: String::new(), ..self.clone() };
+        held.encounters.iter_mut().for_each(|met| met.acts = false);
+        held
+    }
 }

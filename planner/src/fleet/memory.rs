@@ -56,7 +56,11 @@ impl Memory {
         plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
         match (&mut plan.schedule, &self.schedule) {
             (Some(own), Some(all)) if is_newest => own.remember(all, true),
-            (own, all) => own.clone_from(all),
+            (own, all) => {
+                own.clone_from(all);
+                // Costs are of the time of a plan's first point.
+                plan.trajectory.clone_from(&without_craft.trajectory);
+            }
         }
     }
 }
@@ -71,7 +75,9 @@ impl Schedule {
         if self.unit != other.unit {
             return;
         }
-        self.next_visited = self.next_visited.take().or_else(|| other.next_visited.clone());
+        // What a craft said that was lost since may be of an earlier order.
+        let theirs = other.next_visited.as_ref().filter(|_| is_as_new);
+        self.next_visited = self.next_visited.take().or_else(|| theirs.cloned());
         for theirs in &other.costs {
             match self.costs.iter_mut().find(|known| known.auv == theirs.auv) {
                 Some(known) if is_as_new && theirs.cost < known.cost => known.clone_from(theirs),

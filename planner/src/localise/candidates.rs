@@ -54,10 +54,12 @@ impl Scene {
     /// `before`, circles and ellipses of the same sense and up to three times as large or small.
     pub(crate) fn candidates(&self, before: Option<&Figure>) -> Vec<Figure> {
         let mut candidates = Vec::new();
-        let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
+        let least = self.stand_off.max(self.least_radius);
         let largest = self.range_max.min(self.radius_max);
+        let radii = (0..RADII).map(|i| RADIUS_MIN * RADIUS_RATIO.powi(i));
         let radii =
-            radii.filter(|radius| self.stand_off.max(self.least_radius) <= *radius && *radius <= largest);
+            radii.filter(|radius| least < *radius).chain(Some(least).filter(|least| RADIUS_MIN <= *least));
+        let radii = radii.filter(|radius| *radius <= largest);
         // The largest that a visit allows is usually the best.
         let radii = radii.chain(Some(self.radius_max).filter(|radius| radius.is_finite()));
         if self.fixes == Fixes::Usbl && self.stand_off <= 0.0 {

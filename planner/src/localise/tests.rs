@@ -325,6 +325,17 @@ fn a_craft_goes_on_the_way_round_that_it_began_and_keeps_its_distance() {
 }
 
 #[test]
+fn a_distance_between_two_radii_that_are_tried_is_a_radius_itself() {
+    let mut request = one();
+    localise(&mut request).stand_off_m = 150.0;
+    request.acoustics = Some(Acoustics { range_max_m: 200.0 });
+    sailed(request, 1, |_, plan| {
+        let figure = plan.figure.as_ref().expect("the goal localises");
+        assert!(figure.kind == FigureKind::Circle && 150.0 <= figure.size(), "{figure:?}");
+    });
+}
+
+#[test]
 fn every_fleet_has_a_finite_figure_and_a_plan_that_sails_it() {
     for seed in 100..160 {
         let mut request = random(seed);

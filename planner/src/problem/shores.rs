@@ -48,9 +48,8 @@ fn planes(
     within: f64,
 ) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     if land.covers(from) {
-        let polygon = land.inside(from).map(|(polygon, _)| polygon);
-        let border = land.sides.nearest(from, f64::INFINITY, |side| Some(side.polygon) == polygon);
-        let out = border.and_then(|(place, _)| Some((place, (place - from).try_normalize(APART)?)));
+        let out =
+            land.way_out(from).and_then(|(place, _)| Some((place, (place - from).try_normalize(APART)?)));
         return out.into_iter().collect();
     }
     let (chord, mut near) = (Bounds::of(from, to), Vec::new());

@@ -23,8 +23,9 @@ use crate::facts::no_go::{NoGo, no_go_lengths, no_go_numbers};
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
 use crate::facts::ranges::{
     ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, ID_LENGTH_MAX, KEEP_OUTS_MAX,
-    LEG_HEIGHT_MIN, LIMITS, PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE, REPORTS_MAX, Range,
-    SPEED_MAX_MOST, TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VESSELS_MAX, VISITS_MAX, WEIGHT,
+    LEG_HEIGHT_MIN, LIMITS, LIMITS_ALONE, PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE,
+    REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VESSELS_MAX,
+    VISITS_MAX, WEIGHT,
 };
 use crate::facts::reference::TrajectoryPoint;
 use crate::facts::water::{Current, Drift};
@@ -208,7 +209,7 @@ impl Check {
         if let Some(previous) = &request.previous_plan {
             self.previous_plan(previous);
         }
-        self.invalid.extend(request.craft().faults());
+        self.invalid.extend(request.craft.iter().flat_map(|craft| craft.faults()));
         paths
     }
 
@@ -422,6 +423,9 @@ impl Check {
         );
         let values = [limits.turn_rate_max, limits.acceleration_max, limits.deceleration_max];
         self.numbers("/limits", &others, values);
+        if let Some(lag) = declared.surge_lag_s {
+            self.numbers("/limits", &[LIMITS_ALONE[1].clone()], [lag]);
+        }
     }
 
     fn trajectory(&mut self, points: &[TrajectoryPoint]) {

@@ -143,6 +143,7 @@ async fn an_invalid_patch_is_refused_with_its_fault_s_place_and_changes_nothing(
         .  {{"goal":{{"kind":"track","auv":"auv-1"}},"craft":{{"preset":"raft"}}}}  unknown_preset  /craft/preset
         /craft/surge_loop/delay_s  11  out_of_range
         /limits  {{"speed_min_mps":0.5,"speed_max_mps":0.4}}  out_of_range  /limits/speed_max_mps
+        /limits  {{"surge_lag_s":100}}  out_of_range  /limits/surge_lag_s
         /keep_outs  [{{"north_m":0,"east_m":0,"radius_m":0}}]  out_of_range  /keep_outs/0/radius_m
         /keep_outs  {many}  length
         /area  [[0,0],[0,1]]  length

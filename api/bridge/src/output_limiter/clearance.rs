@@ -46,7 +46,8 @@ impl Other {
         let distance = vessel.half_length() + separation;
         let distance = met.map_or(distance, |met| distance.min(met.separation_m));
         let warned = |warning: &Warning| {
-            warning.code == "vessel_too_near" && warning.detail.starts_with(vessel.called())
+            warning.code == "vessel_too_near"
+                && warning.detail.starts_with(&format!("{} comes ", vessel.called()))
         };
         let is_said = met.is_some_and(|met| met.passes_m < distance) || plan.warnings.iter().any(warned);
         let is_known = vessel.is_made_fast() || age <= VESSEL_STALE;

@@ -6,7 +6,6 @@ use planner::angle::Heading;
 use planner::fleet::Member;
 use planner::nalgebra::Vector2;
 use planner::snapshot::{COORDINATE_MAX, RANGE_FROM_WITHIN, REPORTS_MAX, pointer_token};
-use planner::vessel::is_lost;
 use serde::{Deserialize, Serialize};
 
 use super::clock::{MissionClock, is_ahead};
@@ -361,9 +360,7 @@ impl MissionState {
         let is_silent = |id: &str| away.get(id) == Some(&Away::Silent);
         let silent =
             self.each_craft().filter_map(|(id, craft)| Some((id.filter(|id| is_silent(id))?, craft)));
-        let silent = silent.filter_map(|(id, craft)| craft.as_silent_vessel(id.into()));
-        let silent: Vec<_> =
-            silent.filter(|vessel| !is_lost(vessel, now - vessel.t_s.unwrap_or(now))).collect();
+        let silent: Vec<_> = silent.filter_map(|(id, craft)| craft.as_silent_vessel(id.into())).collect();
         let member = |described: &LiveCraft| {
             let id = &*described.id.0;
             let craft = self.fleet.get(id)?;

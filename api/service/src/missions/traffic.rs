@@ -14,6 +14,9 @@ use wire::Vessel;
 /// Age from which a mission forgets a vessel, s: those at anchor report each three minutes.
 const FORGOTTEN: f64 = 6.0 * 3600.0;
 
+/// Time for which a lost vessel under way is told of, s: most have left the range of AIS.
+const TOLD_FOR: f64 = 300.0;
+
 /// The newest position of each vessel, by its identity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
@@ -28,7 +31,7 @@ impl Traffic {
         self.0.values()
     }
 
-    /// Takes the newest position of each vessel. Forgets those that are lost, and those that are
+    /// Takes the newest position of each vessel. Forgets those that are long lost, and those that are
     /// farthest from the `craft` if there are too many to plan with.
     pub(super) fn take(&mut self, heard: &[Vessel], now: f64, craft: Option<Vector2<f64>>) {
         let time = |vessel: &Vessel| vessel.t_s.unwrap_or(now);
@@ -41,7 +44,7 @@ impl Traffic {
         }
         self.0.retain(|_, vessel| {
             let age = now - time(vessel);
-            age < FORGOTTEN && !is_lost(vessel, age) && !is_ahead(time(vessel), now)
+            age < FORGOTTEN && !is_lost(vessel, age - TOLD_FOR) && !is_ahead(time(vessel), now)
         });
         self.keep(VESSELS_MAX, |vessel| {
             craft.map_or(now - time(vessel), |at| (vessel.position() - at).norm())
