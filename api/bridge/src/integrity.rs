@@ -324,6 +324,11 @@ impl Integrity {
 
     /// Compares positions with the integral of the velocity.
     fn compare_with_velocity(&mut self, t_s: f64) {
+        // What is no longer measured contradicts nothing.
+        if !self.recent.has_velocity() {
+            self.apart_since_s = None;
+            return self.set(Alarm::VelocityContradicts, false);
+        }
         let mismatch = self.recent.mismatch();
         let Some((span, apart)) = mismatch.filter(|(span, _)| *span >= MISMATCH_AFTER_S) else {
             return;

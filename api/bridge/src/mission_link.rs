@@ -12,7 +12,7 @@ use ::wire::{Asc, Current, Report, Vessel};
 use geodesy::Datum;
 use parking_lot::Mutex;
 use planner::angle::angle_of;
-use planner::snapshot::{REPORTS_MAX, ranges_by_shape};
+use planner::snapshot::{AUVS_MAX, REPORTS_MAX, ranges_by_shape};
 use serde_json::Value;
 use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
@@ -151,7 +151,10 @@ impl MissionLink {
         drop(status);
         report.from = origin.filter(|_| fix.range_m.is_some()).and_then(|origin| from(&origin, fix));
         let mut outbox = self.shared.outbox.lock();
-        push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
+        // The service refuses a body with more.
+        if outbox.auvs.len() < AUVS_MAX || outbox.auvs.contains_key(&fix.auv) {
+            push(outbox.auvs.entry(fix.auv.clone()).or_default(), report);
+        }
     }
 
     /// Posts other vessels soon, with the bridge's times; of each its newest position.
@@ -172,7 +175,7 @@ impl MissionLink {
 
     /// Posts the state of the steering soon, with the bridge's time.
     pub(crate) fn report_steering(&self, t_s: f64, state: SteeringState, why: &str) {
-        let (t_s, why) = (self.shared.clock.unix_s(t_s), why.to_owned());
+        let (t_s, why) = (self.shared.clock.unix_s(t_s), cut(why));
         self.shared.outbox.lock().steering = vec![Steering { t_s, state, why }];
     }
 
@@ -286,7 +289,7 @@ impl Shared {
     }
 
     fn note(&self, t_s: f64, text: &str) {
-        let (t_s, text) = (self.clock.unix_s(t_s), text.to_owned());
+        let (t_s, text) = (self.clock.unix_s(t_s), cut(text));
         push(&mut self.outbox.lock().notes, Note { t_s, text });
     }
 
@@ -399,6 +402,14 @@ struct Newest {
     sequence: u64,
     /// Time of its first arrival, s of the bridge's clock; the service repeats it.
     arrived_s: f64,
+}
+
+/// Longest text that the service accepts, bytes.
+const TEXT_BYTES_MAX: usize = 500;
+
+/// The beginning of `text` that the service accepts.
+fn cut(text: &str) -> String {
+    text[..text.floor_char_boundary(TEXT_BYTES_MAX)].to_owned()
 }
 
 /// Adds `item`; drops the oldest if more wait than the service accepts in one request.

@@ -33,9 +33,9 @@ use crate::{Measurement, Parsed, Rejects, reject_if};
 /// Longest line, bytes without the line end. NMEA 0183 allows 82 with it; receivers with many
 /// decimals slightly exceed that.
 const LINE_MAX: usize = 128;
-/// Greatest difference of a receiver's clock, s: a fix comes a second after its time, over a slow
-/// radio a few seconds; beyond that one of the clocks is wrong.
-const CLOCK_DIFFERENCE_MAX_S: f64 = 5.0;
+/// Greatest difference of a receiver's clock, s: a fix comes a second after its time. Beyond that
+/// its time counts for nothing: with headings that are dated by their arrival it made no state.
+const CLOCK_DIFFERENCE_MAX_S: f64 = 1.5;
 /// Sentences with a time of day that are remembered: those of one second, of a few receivers.
 const TIMED_MAX: usize = 16;
 const SECONDS_PER_DAY: f64 = 86_400.0;

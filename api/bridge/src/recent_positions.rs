@@ -101,8 +101,7 @@ impl RecentPositions {
 
     /// Drift between positions and the integral of the measured velocity (north, east), m.
     pub(crate) fn drift(&self) -> Option<Trend> {
-        let start = self.newest?;
-        self.velocity.filter(|(at, _)| start.t_s - at <= GAP_MAX_S)?;
+        let start = self.newest.filter(|_| self.has_velocity())?;
         trend(self.measured().map(|sample| {
             let by_velocity = sample.travelled - start.travelled;
             (sample.t_s, moved(&start.position, &sample.position) - by_velocity)
@@ -112,6 +111,11 @@ impl RecentPositions {
     /// The samples since which velocities have come without a gap.
     fn measured(&self) -> impl Iterator<Item = &PositionSample> {
         self.samples.iter().filter(|sample| sample.t_s >= self.measured_since_s)
+    }
+
+    /// `true` if velocities come.
+    pub(crate) fn has_velocity(&self) -> bool {
+        self.newest.zip(self.velocity).is_some_and(|(newest, (at, _))| newest.t_s - at <= GAP_MAX_S)
     }
 
     /// Time, s, and distance, m, between travel by positions and by the measured velocity, over the

@@ -18,6 +18,10 @@ from .mission import MissionLink
 STATE_QOS = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 
+def _refuse(constant: str) -> None:
+    raise ValueError(f"{constant} is no number of JSON")
+
+
 class Console:
     """Topics and services beside those of the vehicles. Orders go to the mission, whose answer is in the log."""
 
@@ -33,7 +37,7 @@ class Console:
     def _take_goal(self, message: String) -> None:
         """A goal as the service has it, JSON, such as `{"kind": "visit", "auvs": ["red", "black"]}`."""
         try:
-            goal = json.loads(message.data)
+            goal = json.loads(message.data, parse_constant=_refuse)
         except ValueError as error:
             self._log.error(f"the goal is no JSON: {error}")
             return

@@ -345,7 +345,8 @@ class Doubts:
         if velocity is not None:
             if np.linalg.norm(velocity) > SPEED_MAX or abs(motion.yaw_rate_radps) > YAW_RATE_MAX:
                 velocity = None
-            else:
+            elif motion.yaw_rate_radps != 0.0 or self._rate is not None:
+                # A rate that was always 0 is not measured.
                 self._turn(t_s, motion.yaw_rate_radps)
         is_there = self._admits_position(t_s, np.array([motion.north_m, motion.east_m]))
         is_so = self._admits_heading(t_s, motion.heading_rad)

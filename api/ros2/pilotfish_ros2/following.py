@@ -61,6 +61,8 @@ class Plan:
     """One line for the log."""
     faults: tuple[str, ...] = ()
     """Why it is degraded, or why the craft does not follow it."""
+    sequence: int = 0
+    """Number of the event that stored it."""
 
     @classmethod
     def from_answer(cls, answer: Any, now_s: float) -> Self:
@@ -92,6 +94,7 @@ class Plan:
                 for code in [*(code for code in warnings if code in NOT_FOLLOWED), plan.get("reason")]
                 if code
             ),
+            sequence=answer["sequence"],
         )
 
     def at(self, t_s: float) -> Reference | None:

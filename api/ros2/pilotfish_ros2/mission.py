@@ -98,7 +98,7 @@ class MissionLink:
             words, call = self._orders.popleft()
             try:
                 status = call(mission)["status"]
-            except PilotfishError as error:
+            except (PilotfishError, TypeError, ValueError) as error:
                 self._log(f"{words}: not done: {error}")
             else:
                 # A pause ends the references at once, not after the request for a plan that is under way.
@@ -203,7 +203,11 @@ class MissionLink:
                 else:
                     self.status = answer["status"]
                     # A mission that does not run makes no plans, and its last one is not followed.
-                    self.plan = Plan.from_answer(answer, now_s) if self.status == "running" else None
+                    # Nor is one that is older than another, such as of a service that lost the mission.
+                    if self.status != "running":
+                        self.plan = None
+                    elif after <= answer["sequence"]:
+                        self.plan = Plan.from_answer(answer, now_s)
                     self.has_planned = True
                     is_new, after = answer["sequence"] > after, max(after, answer["sequence"])
                     if is_new:

@@ -101,7 +101,7 @@ class PilotfishNode(Node):
         self._said: str | None = "nothing yet"
         self._word: tuple[tuple[str, str], float] = (("", ""), -math.inf)
         self._trouble = ""
-        self._published_plan_s: float | None = None
+        self._published_plan: int | None = None
         self._plans, self._fixes = Arrivals(), dict[str, Arrivals]()
 
         token = File(p["token_file"]).read_text("utf-8-sig").strip() if p["token_file"] else None
@@ -273,8 +273,8 @@ class PilotfishNode(Node):
             sending = "references would be sent: dry run" if self._settings["dry_run"] else "references are sent"
             self._note(sending if silence is None else f"no references are sent: {silence}")
         self._report_steering(now_s, silence)
-        if plan is not None and plan.planned_s != self._published_plan_s:
-            self._published_plan_s = plan.planned_s
+        if plan is not None and plan.sequence != self._published_plan:
+            self._published_plan = plan.sequence
             self._plans.push(now_s)
             self._path.publish(conversion.path_message(plan, self._settings["map_frame"], self._ros_s() - now_s))
         if self._is_steering:
@@ -331,7 +331,7 @@ class PilotfishNode(Node):
         before, said_s = self._word
         if word != before or now_s - said_s >= WORD_INTERVAL_S:
             self._word = (word, now_s)
-            self._link.report_steering({"t_s": time.time(), "state": word[0], "why": word[1]})
+            self._link.report_steering({"t_s": time.time(), "state": word[0], "why": _cut(word[1])})
             rows = [("mission", self._link.status), ("plan", self._link.plan.status if self._link.plan else "none")]
             rows += [("service", self._link.trouble)] if self._link.trouble else []
             rows += [(f"rejected: {reason}", str(count)) for reason, count in self._rejected.items()]
@@ -372,7 +372,7 @@ class PilotfishNode(Node):
     def _note(self, text: str) -> None:
         """Writes to the node's log and to the mission's."""
         self.get_logger().info(text)
-        self._link.note(time.time(), text[:500])
+        self._link.note(time.time(), _cut(text))
 
 
 def check_names(craft: str, auvs: list[str]) -> None:
@@ -385,6 +385,11 @@ def check_names(craft: str, auvs: list[str]) -> None:
         if name in used:
             raise ValueError(f"parameter {parameter}: {used[name]!r} and {vehicle!r} have the same topic {name}/odom")
         used[name] = vehicle
+
+
+def _cut(text: str) -> str:
+    """The beginning of `text` that the service accepts."""
+    return text.encode()[:500].decode(errors="ignore")
 
 
 def topic_name(vehicle: str) -> str:

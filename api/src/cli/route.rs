@@ -76,12 +76,12 @@ pub(crate) fn route(arguments: &Route) -> Result<(), Box<dyn Error>> {
         (None, None) => unreachable!("clap requires one of the two"),
     };
     let datum = origin.map(|origin| Datum::new(&origin.into())).transpose()?;
+    let stated = arguments.speed.or_else(|| route.speed_mps());
     if let Some(spacing_m) = arguments.lanes {
         let pattern = LawnMower { spacing_m, heading_rad };
         points = lanes_over(&points, &pattern)?;
         (route.closed, route.points) = (false, vec![]);
     }
-    let stated = arguments.speed.or_else(|| route.speed_mps());
     let path = declared(&route, points.clone(), stated.unwrap_or(SPEED_ASSUMED));
     let followed = path.path().map_err(because_of(CANNOT_SAIL))?;
     if let Some(file) = out {

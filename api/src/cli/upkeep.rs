@@ -34,7 +34,7 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
         None => EventStore::open(&config.data, &clock)?,
     };
     let runtime = runtime()?;
-    if arguments.trust_clock {
+    if arguments.trust_clock && !arguments.dry_run {
         runtime.block_on(store.believe_clock())?;
     }
     let ahead_s = store.clock().clock_ahead_s();
@@ -46,7 +46,8 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
         );
     }
     let kept = DAY * u32::from(arguments.days);
-    let until = store.clock().now_s() - kept.as_secs_f64();
+    let now_s = if arguments.trust_clock { clock.unix_s() } else { store.clock().now_s() };
+    let until = now_s - kept.as_secs_f64();
     let over = store.reader()?.over_before(until)?;
     for id in &over {
         print(&format!("{id}\n"))?;

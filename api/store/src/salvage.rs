@@ -142,7 +142,12 @@ fn salvage(from: &Connection, to: &Path, rest: &Path) -> Result<Vec<String>, Sto
         copy.execute("INSERT INTO guards VALUES (1, 0.0, 0.0, 0.0, 0.0)", [])?;
         damage.push("cannot read the trusted time: the copy can be served only with tokens".to_owned());
     }
-    for number in numbers(from, "missions") {
+    let is_deleted = |number: &i64| {
+        let status =
+            from.query_row("SELECT status FROM missions WHERE number = ?1", [number], |row| row.get(0));
+        status.is_ok_and(|status: String| status == "deleted")
+    };
+    for number in numbers(from, "missions").into_iter().filter(|number| !is_deleted(number)) {
         let whole = copy.savepoint()?;
         if copy_mission(from, &whole, number).is_ok() {
             whole.commit()?;

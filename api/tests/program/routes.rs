@@ -14,6 +14,8 @@ fn lanes_over_a_rectangle_are_a_file_that_is_read_again() {
     let lanes = printed(&line(&format!("{area} --out {file} --svg {svg}")));
     has_all(&lanes, &["8 way-points", "at 1.5 m/s"]);
     assert_eq!(printed(&line(&format!("route {file}"))), lanes);
+    // What a file states counts for lanes over it.
+    has_all(&printed(&line(&format!("route {file} --lanes 20"))), &["at 1.5 m/s;"]);
     let drawn = fs::read_to_string(svg).expect("is drawn");
     let counts = ["<circle", "A"].map(|what| drawn.matches(what).count());
     assert_eq!(counts, [8, 6], "{drawn}");

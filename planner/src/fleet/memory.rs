@@ -56,11 +56,7 @@ impl Memory {
         plan.targets = Some(self.targets.values().take(AUVS_MAX).cloned().collect());
         match (&mut plan.schedule, &self.schedule) {
             (Some(own), Some(all)) if is_newest => own.remember(all, true),
-            (own, all) => {
-                own.clone_from(all);
-                // Costs are of the time of a plan's first point.
-                plan.trajectory.clone_from(&without_craft.trajectory);
-            }
+            (own, all) => own.clone_from(all),
         }
     }
 }

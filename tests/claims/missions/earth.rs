@@ -31,6 +31,9 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     service.order(&mission, "run", json!({})).await;
 
     let reports = format!("{mission}/reports");
+    // A state of steering has no position.
+    let now = service.now(&mission).await;
+    service.order(&mission, "reports", json!({ "steering": [{ "t_s": now, "state": "waiting" }] })).await;
     let first = heard(service.now(&mission).await, 0.0);
     let accepted = service.post_keyed(&reports, &first, "first").await.json();
     // The craft's is the first in the post.
@@ -54,8 +57,8 @@ async fn the_first_fix_becomes_the_origin_and_everything_has_both_positions() {
     is_near(&here["lon_deg"], -9.12, 2e-5);
 
     let heard = service.record(&mission, "events_ndjson&kinds=reported").await;
-    assert_eq!(heard[0]["heard"]["origin"], origin);
-    let fix = &heard[1]["heard"]["auvs"]["auv-1"][0];
+    assert_eq!(heard[1]["heard"]["origin"], origin);
+    let fix = &heard[2]["heard"]["auvs"]["auv-1"][0];
     is_near(&fix["north_m"], 0.001 * DEGREE_M, 0.01);
     is_near(&fix["lat_deg"], 38.411, 1e-9);
     let mut fixes = service.record(&mission, "ndjson").await;
@@ -156,6 +159,8 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
     let summary = service.ask(&mission).await["plan"]["warnings"].to_string();
     assert!(summary.contains("33 km from the origin"), "{summary}");
 
+    let discs = json!({ "keep_outs": [{ "lat_deg": 38.411, "lon_deg": -9.12, "radius_m": 5.0 }] });
+    let kept = service.patch_keyed(&mission, &discs, "discs").await.expected(200);
     let near = json!({ "lat_deg": 38.41, "lon_deg": -9.12 });
     let patch = async |origin: &Value| service.patch(&mission, &json!({ "origin": origin })).await;
     let refused = patch(&Value::Null).await;
@@ -169,6 +174,8 @@ async fn another_origin_moves_no_position_on_earth_and_ends_the_warning() {
         assert_eq!(*origin, near);
         is_near(&setting["keep_outs"][0]["north_m"], 0.001 * DEGREE_M, 0.01);
     }
+    // Sent again, in other metres: the same answer.
+    assert_eq!(service.patch_keyed(&mission, &discs, "discs").await.expected(200), kept);
     // It is set already.
     let again = patch(&near).await.json();
     assert_eq!(again["sequence"], changed["sequence"]);

@@ -11,11 +11,14 @@ use crate::follow::mission_log::{MissionLog, TARGET};
 use crate::mavlink::{AutopilotEvent, Parameters};
 use crate::mission_setup::Settling;
 use crate::nmea::NmeaReader;
+use crate::recent_positions::displaced;
 use crate::vessels::Vessels;
 use crate::wire::Received;
 use crate::{Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source};
 
 pub(super) const AUTOPILOT_WIRE: usize = 0;
+/// Most AUVs that are followed, four times those of a mission: more names are noise.
+const AUVS_KNOWN_MAX: usize = 64;
 /// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.
 const DEPTH_SIGMA_M: f64 = 0.5;
 /// Clocks farther apart than this shift fixes by a craft's length, s.
@@ -185,12 +188,19 @@ impl Telemetry {
         self.log_alarms(log);
         if let Some(state) = self.craft.newest() {
             let [roll, pitch] = self.tilt;
-            let pose = CraftPose { position: state.position, heading: state.heading, roll, pitch };
-            self.poses.push(log.clock.unix_s(state.t_s), pose);
+            // Headings come more often than positions: the pose is of the time of its heading.
+            let pose_s = at_s.max(state.t_s);
+            let way = state.ground_velocity.unwrap_or_default() * (pose_s - state.t_s);
+            let position = displaced(&state.position, &way);
+            let pose = CraftPose { position, heading: state.heading, roll, pitch };
+            self.poses.push(log.clock.unix_s(pose_s), pose);
         }
     }
 
     fn take_fix(&mut self, fix: AuvFix, t_s: f64, log: &MissionLog) {
+        if AUVS_KNOWN_MAX <= self.fixes.len() && !self.fixes.contains_key(&fix.auv) {
+            return;
+        }
         if let Some(mission) = &log.mission {
             mission.report_auv(&fix);
         }

@@ -23,8 +23,6 @@ const SOURCES_MAX: usize = 8;
 pub(super) struct Sources<T> {
     streams: BTreeMap<Source, Stream<T>>,
     used: Option<Source>,
-    /// The beginning and the end, s, of a difference from the used source.
-    apart: Option<(f64, f64)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -32,11 +30,13 @@ struct Stream<T> {
     since_s: f64,
     last_s: f64,
     value: T,
+    /// The beginning and the end, s, of its difference from the used source.
+    apart: Option<(f64, f64)>,
 }
 
 impl<T> Default for Sources<T> {
     fn default() -> Self {
-        Self { streams: BTreeMap::new(), used: None, apart: None }
+        Self { streams: BTreeMap::new(), used: None }
     }
 }
 
@@ -57,13 +57,17 @@ impl<T: Copy> Sources<T> {
         value: T,
         apart: impl Fn(&T, &T, f64) -> bool,
     ) -> bool {
-        if self.streams.len() >= SOURCES_MAX && !self.streams.contains_key(&source) {
-            return false;
-        }
         let speaks = |stream: &Stream<T>| (t_s - stream.last_s).abs() <= HOLD_S;
+        if self.streams.len() >= SOURCES_MAX && !self.streams.contains_key(&source) {
+            self.streams.retain(|_, stream| speaks(stream));
+            if self.streams.len() >= SOURCES_MAX {
+                return false;
+            }
+        }
         let before = self.streams.get(&source).filter(|stream| speaks(stream));
         let since_s = before.map_or(t_s, |stream| stream.since_s);
-        let newest = Stream { since_s, last_s: t_s, value };
+        let was_apart = before.and_then(|stream| stream.apart);
+        let newest = Stream { since_s, last_s: t_s, value, apart: None };
         self.streams.insert(source, newest);
         let used = self
             .used
@@ -75,18 +79,20 @@ impl<T: Copy> Sources<T> {
         };
         self.used = Some(used);
         if used == source {
-            // The others are silent.
-            self.apart = self.apart.filter(|(_, until_s)| t_s - until_s <= DIFFER_S);
-        } else {
-            let differs = apart(&value, &stream.value, t_s - stream.last_s);
-            let since_s = self.apart.map_or(t_s, |(since_s, _)| since_s);
-            self.apart = differs.then_some((since_s, t_s));
+            // Those that fell silent.
+            for other in self.streams.values_mut() {
+                other.apart = other.apart.filter(|(_, until_s)| t_s - until_s <= DIFFER_S);
+            }
+        } else if apart(&value, &stream.value, t_s - stream.last_s) {
+            let since_s = was_apart.map_or(t_s, |(since_s, _)| since_s);
+            self.streams.insert(source, Stream { apart: Some((since_s, t_s)), ..newest });
         }
         used == source
     }
 
     /// `true` if a source has differed from the used one for long.
     pub(super) fn differ(&self) -> bool {
-        self.apart.is_some_and(|(since_s, until_s)| until_s - since_s >= DIFFER_S)
+        let mut apart = self.streams.values().filter_map(|stream| stream.apart);
+        apart.any(|(since_s, until_s)| until_s - since_s >= DIFFER_S)
     }
 }

@@ -189,3 +189,43 @@ fn one_position_within_its_gate_makes_no_contradiction_with_the_velocity() {
         assert_eq!(integrity.alarms().next(), None, "{t_s} s");
     }
 }
+
+#[test]
+fn positions_of_a_craft_that_measures_no_velocity_contradict_none() {
+    let mut integrity = Integrity::default();
+    for t_s in tenths(600) {
+        // A velocity is measured from 20 to 25 s.
+        if (20.0..25.0).contains(&t_s) {
+            assert!(integrity.admits_velocity(t_s, Vector2::new(1.0, 0.0)));
+        }
+        assert!(integrity.admits(t_s, AUTOPILOT, &position(t_s, 0.0)));
+        assert_eq!(integrity.alarms().next(), None, "{t_s} s");
+    }
+}
+
+#[test]
+fn a_third_source_that_agrees_does_not_hide_that_the_second_differs() {
+    let source = |wire| Source { wire, talker: *b"GP" };
+    for n in [2, 3] {
+        let mut integrity = Integrity::default();
+        for t_s in tenths(100) {
+            integrity.admits(t_s, source(0), &position(0.0, 0.0));
+            integrity.admits(t_s, source(1), &position(500.0, 0.0));
+            if n == 3 {
+                integrity.admits(t_s, source(2), &position(0.5, 0.0));
+            }
+        }
+        assert!(integrity.alarms().any(|alarm| alarm == Alarm::PositionsDiffer), "{n} sources");
+    }
+}
+
+#[test]
+fn a_spare_source_is_heard_once_eight_others_are_silent() {
+    let mut integrity = Integrity::default();
+    for wire in 0..8 {
+        integrity.admits(0.0, Source { wire, talker: *b"GP" }, &position(0.0, 0.0));
+    }
+    let spare = Source { wire: 9, talker: *b"GP" };
+    assert!(!integrity.admits(1.0, spare, &position(0.0, 0.0)));
+    assert!(integrity.admits(10.0, spare, &position(0.0, 0.0)));
+}

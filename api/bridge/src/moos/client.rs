@@ -273,7 +273,8 @@ impl MoosClient {
             if let Ok(now) = text.to_ascii_lowercase().parse()
                 && self.overridden_s <= written_s
             {
-                (self.is_overridden, self.overridden_s) = (Some(now), written_s);
+                // A clock that is ahead must not silence others.
+                (self.is_overridden, self.overridden_s) = (Some(now), written_s.min(unix_s));
             }
             events.extend((self.is_overridden == Some(true)).then(|| beat("manual override")));
         } else if key == ALL_STOP && text != self.all_stop {

@@ -114,14 +114,14 @@ fn a_time_of_day_belongs_to_the_day_nearest_to_the_arrival() {
         ("123519.250", RECEIVED_S, RECEIVED_S - 0.75),
         ("235959.5", MIDNIGHT_S + 0.5, MIDNIGHT_S - 0.5),
         ("000000.5", MIDNIGHT_S - 0.5, MIDNIGHT_S + 0.5),
-        ("000004.9", MIDNIGHT_S, MIDNIGHT_S + 4.9),
+        ("000001.4", MIDNIGHT_S, MIDNIGHT_S + 1.4),
         // A leap second, and a writer that rounds 59.9996.
         ("235960.000", MIDNIGHT_S, MIDNIGHT_S),
     ] {
         let (read, rejected) = read_at(&gga(time), received_s);
         assert_eq!((read[0].0, rejected), (t_s, vec![]), "{time}");
     }
-    for time in ["000005.1", "120000", "235954.9"] {
+    for time in ["000001.6", "120000", "235958.4"] {
         let (read, rejected) = read_at(&gga(time), MIDNIGHT_S);
         assert_eq!((read[0].0, rejected), (MIDNIGHT_S, vec!["clock"]), "{time}");
     }

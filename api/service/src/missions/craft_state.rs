@@ -145,6 +145,7 @@ impl CraftState {
         for [_, north, east] in &mut self.craft_track {
             change.position(north, east);
         }
+        self.craft_track.retain(|[_, north, east]| is_near(*north, *east));
         if let Some(AscReport { state, .. }) = &mut self.asc {
             change.position(&mut state.north_m, &mut state.east_m);
         }

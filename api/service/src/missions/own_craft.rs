@@ -40,6 +40,10 @@ const ECHO: [(f64, f64); 2] = [(20.0, 1.0), (60.0, 2.0)];
 /// Age of a craft's state until which AIS says nothing that its mission does not know, s.
 const HEARD: f64 = 10.0;
 
+/// Distance within which the craft's name makes a vessel an echo, m: AIS is late and inexact, and
+/// others bear the same name.
+const NAMED_WITHIN: f64 = 500.0;
+
 /// Largest length of a vessel that is an echo without the craft's name, m.
 const ECHO_LENGTH: f64 = 12.0;
 
@@ -208,7 +212,7 @@ impl Berth {
             let was = before.echoes.contains(&vessel.id);
             // A small boat beside a craft of the same fleet is another one, unless it has its name.
             seen.iter().any(|(.., is_own, craft)| match is_own {
-                true => has_name_of(vessel, craft),
+                true => has_name_of(vessel, craft, now),
                 false => is_echo(vessel, craft, was, now),
             })
         });
@@ -279,23 +283,27 @@ fn are_near(one: &Origin, other: &Origin) -> bool {
 /// `true` if a reported `vessel` is the `craft`, as its name or else its motion says. One that
 /// `was` an echo stays so for longer.
 fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
-    let at = |of: &Vessel| {
-        let velocity = of.velocity().unwrap_or_else(Vector2::zeros);
-        (of.position() + velocity * (now - of.t_s.unwrap_or(now)), velocity)
-    };
-    let ((place, velocity), (there, their_velocity)) = (at(vessel), at(craft));
+    let ((place, velocity), (there, their_velocity)) = (at(vessel, now), at(craft, now));
     let (distance, difference) = ECHO[usize::from(was)];
     let is_near = (place - there).norm() < distance && (velocity - their_velocity).norm() < difference;
     let is_small = vessel.length_m.is_none_or(|length| length <= ECHO_LENGTH);
-    let is_named = has_name_of(vessel, craft);
+    let is_named = has_name_of(vessel, craft, now);
     // What AIS says of a craft that is silent is newer than what its mission knows.
     let is_heard = now - craft.t_s.unwrap_or(now) <= HEARD;
     vessel.id == craft.id || is_heard && (is_named || is_near && is_small)
 }
 
-fn has_name_of(vessel: &Vessel, craft: &Vessel) -> bool {
+/// The position and velocity of a vessel at `now`, s.
+fn at(vessel: &Vessel, now: f64) -> (Vector2<f64>, Vector2<f64>) {
+    let velocity = vessel.velocity().unwrap_or_else(Vector2::zeros);
+    (vessel.position() + velocity * (now - vessel.t_s.unwrap_or(now)), velocity)
+}
+
+/// `true` if `vessel` has the name of `craft`, and is near it.
+fn has_name_of(vessel: &Vessel, craft: &Vessel, now: f64) -> bool {
     let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
-    name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft))
+    let is_near = (at(vessel, now).0 - at(craft, now).0).norm() < NAMED_WITHIN;
+    is_near && name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft))
 }
 
 #[cfg(test)]
@@ -383,8 +391,9 @@ mod tests {
             ..here.clone()
         };
         let large = Vessel { length_m: Some(60.0), ..vessel("ferry", 5.0) };
-        let named = Vessel { name: Some("ONE".to_owned()), ..vessel("named", 500.0) };
-        let reported = [vessel("near", 15.0), vessel("far", 40.0), large, named];
+        let called = |id: &str, ahead: f64| Vessel { name: Some("ONE".to_owned()), ..vessel(id, ahead) };
+        let (named, namesake) = (called("named", 400.0), called("namesake", 900.0));
+        let reported = [vessel("near", 15.0), vessel("far", 40.0), large, named, namesake];
         let first = later.look(100.0, reported.iter(), &OwnCraft::default());
         let ids = |seen: &OwnCraft| seen.echoes.iter().map(|id| id.0.clone()).collect::<Vec<_>>();
         assert_eq!(ids(&first), ["near", "named"]);

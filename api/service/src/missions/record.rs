@@ -213,13 +213,17 @@ impl<'a> MissionEvents<'a> {
     /// The datum from the first fix of a live mission that was created without an origin.
     fn first_fix(&self) -> Option<wire::Origin> {
         let whole = EventFilter::default();
-        let first = StoredEvents::of(self.reader, self.number, self.last, &whole)
-            .filter_map(Result::ok)
-            .find(|stored| stored.kind == "reported")?;
-        match Event::read(&first) {
-            Ok(Event::Reported { heard, .. }) => heard.origin,
-            _ => None,
-        }
+        let stored = StoredEvents::of(self.reader, self.number, self.last, &whole).filter_map(Result::ok);
+        let mut heard = stored.filter(|stored| stored.kind == "reported").filter_map(|stored| {
+            match Event::read(&stored) {
+                Ok(Event::Reported { heard, .. }) => Some(heard),
+                _ => None,
+            }
+        });
+        // The first with a position sets it.
+        heard
+            .find(|heard| !heard.auvs.is_empty() || !heard.asc.is_empty() || !heard.traffic.is_empty())?
+            .origin
     }
 
     /// Its events as stored, in order.

@@ -180,12 +180,15 @@ pub(crate) async fn patch_mission(
     let (missions, _, MissionId(id), ..) = &call;
     let origin = missions.handle(id).await?.view.borrow().mission.origin;
     let bytes = body.bytes.len();
-    let read = move || wire::read_from::<Setting>(&body.bytes, origin);
+    let read = move || {
+        // For the key: equal for equal requests, wherever the origin is by now.
+        let posted = serde_json::to_value(Body::parse(&body.bytes).ok()).unwrap_or_default();
+        wire::read_from::<Setting>(&body.bytes, origin).map(|setting| (setting, posted))
+    };
     let read = planners.read_body_for_mission(Priority::Mission, bytes, read);
-    let setting = read.await??;
+    let (setting, posted) = read.await??;
     check::patch(&setting).map_err(Problem::Invalid)?;
-    let change = Command::Change(Box::new(setting.clone()), origin);
-    send(call, "patch", &setting, change).await
+    send(call, "patch", &posted, Command::Change(Box::new(setting), origin)).await
 }
 
 /// Ends a mission and deletes it with its events.

@@ -208,9 +208,14 @@ impl MissionState {
         if let Some(craft) = self.craft_mut(heard.craft.as_deref()) {
             craft.take(heard);
         }
-        let here =
-            self.each_craft().find_map(|(_, craft)| craft.asc.as_ref()).map(|asc| asc.state.position());
-        self.traffic.take(&heard.traffic, now, here);
+        // Where craft are that are heard, or else where they were.
+        let place = |craft: &CraftState| craft.asc.as_ref().map(|asc| asc.state.position());
+        let all = || self.each_craft().map(|(_, craft)| craft);
+        let mut here: Vec<_> = all().filter(|craft| craft.is_heard(now)).filter_map(place).collect();
+        if here.is_empty() {
+            here = all().filter_map(place).collect();
+        }
+        self.traffic.take(&heard.traffic, now, &here);
     }
 
     /// Says of each range without `from` where the craft was then, and rejects those of times of

@@ -32,8 +32,8 @@ impl Traffic {
     }
 
     /// Takes the newest position of each vessel. Forgets those that are long lost, and those that are
-    /// farthest from the `craft` if there are too many to plan with.
-    pub(super) fn take(&mut self, heard: &[Vessel], now: f64, craft: Option<Vector2<f64>>) {
+    /// farthest from all `craft` if there are too many to plan with.
+    pub(super) fn take(&mut self, heard: &[Vessel], now: f64, craft: &[Vector2<f64>]) {
         let time = |vessel: &Vessel| vessel.t_s.unwrap_or(now);
         for vessel in heard {
             let is_newer = |known: &Vessel| time(known) <= time(vessel);
@@ -47,7 +47,8 @@ impl Traffic {
             age < FORGOTTEN && !is_lost(vessel, age - TOLD_FOR) && !is_ahead(time(vessel), now)
         });
         self.keep(VESSELS_MAX, |vessel| {
-            craft.map_or(now - time(vessel), |at| (vessel.position() - at).norm())
+            let nearest = craft.iter().map(|at| (vessel.position() - at).norm()).reduce(f64::min);
+            nearest.unwrap_or(now - time(vessel))
         });
     }
 
@@ -56,12 +57,11 @@ impl Traffic {
         if self.0.len() <= most {
             return;
         }
-        let mut distances: Vec<f64> = self.0.values().map(&distance).collect();
-        distances.sort_by(f64::total_cmp);
-        let farthest = distances[most.max(1) - 1];
-        self.0.retain(|_, vessel| distance(vessel) <= farthest);
-        while most < self.0.len() {
-            self.0.pop_last();
+        let each = self.0.iter().map(|(id, vessel)| (distance(vessel), id.clone()));
+        let mut all: Vec<(f64, String)> = each.collect();
+        all.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        for (_, id) in &all[most..] {
+            self.0.remove(id);
         }
     }
 
@@ -90,5 +90,26 @@ impl Traffic {
         let known = own.vessels.len() + silent.len();
         others.keep(VESSELS_MAX.saturating_sub(known), |vessel| (vessel.position() - here).norm());
         others.0.into_values().chain(own.vessels.iter().chain(silent).cloned()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::VehicleId;
+
+    use super::*;
+
+    #[test]
+    fn vessels_near_any_craft_are_kept_among_many_near_another() {
+        let vessel = |id: String, place: Vector2<f64>| {
+            Vessel::of_craft(VehicleId(id), 0.0, place, Vector2::zeros(), vec![])
+        };
+        let there = Vector2::new(20_000.0, 0.0);
+        let near = (0..6).map(|i| vessel(format!("near-{i}"), there + Vector2::new(0.0, 200.0)));
+        let many = (0..VESSELS_MAX).map(|i| vessel(format!("far-{i}"), Vector2::new(0.0, 900.0)));
+        let mut traffic = Traffic::default();
+        traffic.take(&many.chain(near).collect::<Vec<_>>(), 0.0, &[Vector2::zeros(), there]);
+        let n_near = traffic.vessels().filter(|vessel| vessel.id.0.starts_with("near")).count();
+        assert_eq!((traffic.vessels().count(), n_near), (VESSELS_MAX, 6));
     }
 }

@@ -167,7 +167,7 @@ pub struct LastSteering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AscReport {
-    /// Unix time of the state, s: at most a day ago, and at most 1 s ahead.
+    /// Unix time of the state, s: at most half an hour ago, and at most 1 s ahead.
     pub t_s: f64,
     /// The state.
     pub state: Asc,

@@ -250,12 +250,12 @@ struct TokenCache {
     trusted: Option<TrustedClock>,
 }
 
-/// A value that changes with the file.
-type FileVersion = (u64, u64, SystemTime);
+/// A value that changes with the file, its owner and its mode: inode, length, and both times.
+type FileVersion = (u64, u64, SystemTime, (i64, i64));
 
 fn version(path: &Path) -> Option<FileVersion> {
     let file = fs::metadata(path).ok()?;
-    Some((file.ino(), file.len(), file.modified().ok()?))
+    Some((file.ino(), file.len(), file.modified().ok()?, (file.ctime(), file.ctime_nsec())))
 }
 
 impl Tokens {
