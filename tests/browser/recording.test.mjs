@@ -410,8 +410,8 @@ test("a manoeuvre explains the plan, whatever answers", () => {
   expect(explanation({ ...plan, avoidance: { ...avoidance, manoeuvre: undefined } }, { heading: 0, speed: 1, method: "mpc" })).toMatch(/^Plan and line of sight steer the same/);
 });
 
-const one = (id, { age_s = 0.5, said_s = 0.5, away, state = "steering", warning_codes = [], auvs = [] } = {}) => ({
-  id, auvs, away, plan: { outcome: "ok", method: "mpc", age_s, period_s: 1, waits_for: [], warnings: [], warning_codes }, steering: { state, why: "", age_s: said_s },
+const one = (id, { age_s = 0.5, said_s = 0.5, away, state = "steering", said = "", warning_codes = [], auvs = [] } = {}) => ({
+  id, auvs, away, plan: { outcome: "ok", method: "mpc", age_s, period_s: 1, waits_for: [], warnings: [], warning_codes }, steering: { state, why: said, age_s: said_s },
 });
 const fleetOf = (...surface_craft) => ({ id: "m", title: "", kind: "live", status: "running", t_s: 0, plan: surface_craft[0].plan, steering: surface_craft[0].steering, surface_craft });
 
@@ -421,6 +421,8 @@ test("a fleet is as its worst craft, by name, and good only if all are", () => {
   for (let i = 0; i < 3; i += 1) {
     const worst = (how) => state(...well.with(i, one(well[i].id, how)));
     expect(worst({ away: "silent", age_s: 40, said_s: 40 })).toMatchObject({ words: `${well[i].id}: silent`, why: "no report for 10 s", tone: "bad", alarm: true });
+    // Whoever steers it may be heard, and know why.
+    expect(worst({ away: "silent", age_s: 40, state: "not_steering", said: "the position stays the same" })).toMatchObject({ words: `${well[i].id}: silent`, why: "no report for 10 s; not steering: the position stays the same" });
     // The last word of who steers it is too old before the service says that it is silent.
     expect(worst({ said_s: 5 })).toMatchObject({ words: `${well[i].id}: steering not known`, tone: "bad", alarm: true });
     expect(worst({ state: "not_steering", away: "not_steering" })).toMatchObject({ words: `${well[i].id}: not steering`, alarm: true });

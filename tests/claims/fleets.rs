@@ -178,3 +178,37 @@ async fn any_weights_and_names_are_answered_as_before() {
     alone["metadata"] = json!({ "role": "surface_craft" });
     assert_eq!(answered("/v1/plan", alone.to_string()).await["outcome"], "ok");
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_fleet_is_validated_without_a_plan_and_what_takes_one_craft_says_so() {
+    let mut body = fleet("midpoint", &[craft("asc-1", 30.0, 60.0)]);
+    body["hand_over_s"] = json!(20.0);
+    let first = answered("/v1/plan", body.to_string()).await;
+    body["previous_plan"] = first;
+    body["t_s"] = json!(at(&body, "/t_s") + 1.0);
+    let looked_at = answered("/v1/plan/validate", body.to_string()).await;
+    // What is read is again a request, which is read as the same and planned for alike.
+    let read = looked_at["request"].to_string();
+    assert_eq!(answered("/v1/plan/validate", read.clone()).await, looked_at);
+    let [plan, again] = [body.to_string(), read].map(|body| answered("/v1/plan", body));
+    let (plan, again) = (plan.await, again.await);
+    for member in ["assignment", "slots"] {
+        assert_eq!(plan[member], again[member], "{member}");
+    }
+    for k in 0..2 {
+        let reference = |answer: &Value| answer["surface_craft"][k]["plan"]["reference"].clone();
+        assert_eq!(reference(&plan), reference(&again));
+    }
+    let of_one = answered("/v1/plan/validate", example("midpoint").to_string()).await;
+    assert_eq!(looked_at["request"]["surface_craft"][0]["limits"], of_one["request"]["limits"]);
+
+    for (path, body, place) in [
+        ("/v1/plan/compare", body.clone(), "/surface_craft"),
+        ("/v1/plan/batch", json!({ "requests": [body] }), "/requests/0/surface_craft"),
+    ] {
+        let answer = send(simulated_machine(), post(path, body.to_string())).await.json();
+        let fault = answer.pointer("/answers/0/problem").unwrap_or(&answer)["errors"][0].clone();
+        assert_eq!(fault["pointer"], place);
+        assert!(fault["detail"].as_str().is_some_and(|words| words.contains("/v1/plan/validate")), "{fault}");
+    }
+}

@@ -11,6 +11,8 @@ import { duration, methodName } from "./format.js";
 /** The plan of a running live mission is stale if it is older than so many periods: of one that nobody says to steer. */
 const STALE_PERIODS = 4;
 
+const NOT_KNOWN = "steering not known";
+
 /** For how long it is known whether a craft is steered, after whoever steers it has said so, s. */
 export const KNOWN_S = 3;
 
@@ -83,7 +85,9 @@ function stateOfFleet({ plan, setting, ...mission }, fleet, seen) {
   const craft = fleet.map(({ id, away, plan: its, steering }) => {
     const known = { age_s: aged(its), said_s: aged(steering), lost: seen.lost, ...seen.craft?.(id) };
     const steered = stateOf({ ...mission, plan: its, steering, surface_craft: [] }, known), isNew = !its && !steering, absent = !isNew && away && AWAY[away];
-    const state = absent && (away === "silent" || badness(steered) < badness(absent)) ? { ...steered, ...absent } : steered;
+    // Whoever steers a silent craft may know why.
+    const reason = away === "silent" && steering?.why && steered.words !== NOT_KNOWN && `${steered.words}: ${steering.why}`;
+    const state = absent && (away === "silent" || badness(steered) < badness(absent)) ? { ...steered, ...absent, why: [absent.why, reason].filter(Boolean).join("; ") } : steered;
     const standsBy = setting?.surface_craft?.find((/** @type {{ id: string }} */ other) => other.id === id)?.serves?.length === 0;
     // Nothing is asked of it.
     return { id, standsBy, state: standsBy && state.alarm ? { ...state, tone: /** @type {"warn"} */ ("warn"), alarm: false } : state };
@@ -118,9 +122,9 @@ function steeringOf({ status, kind, plan, scene, steering }, { age_s = plan?.age
     if (isWorse) return { words: "degraded", why: steering.why, tone: "bad", alarm: true, ...old };
     return steering.why && !followed.alarm ? { ...followed, why: steering.why, tone: "warn", ...old } : unlessLost({ ...followed, ...old });
   }
-  if (lost) return { words: "steering not known", why: lost, tone: "bad", alarm: true, ...old };
+  if (lost) return { words: NOT_KNOWN, why: lost, tone: "bad", alarm: true, ...old };
   const unsaid = steering ? "no report from the bridge" : "nobody says whether the craft is steered";
-  return { words: "steering not known", why: because(unsaid), tone: steering || isOld ? "bad" : "warn", alarm: Boolean(steering) || isOld, ...old };
+  return { words: NOT_KNOWN, why: because(unsaid), tone: steering || isOld ? "bad" : "warn", alarm: Boolean(steering) || isOld, ...old };
 }
 
 /** What the plans amount to while they are followed, with what keeps new ones from being made. @param {MissionJson["plan"]} plan @param {string[]} causes @returns {MissionState} */

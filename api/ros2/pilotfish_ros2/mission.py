@@ -10,9 +10,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from pilotfish import Client, Mission, PilotfishError, Refused
-
 from .following import Plan
+from .pilotfish import Client, Mission, PilotfishError, Refused
 
 # Members of a mission's metadata by which a node finds its own: its name, and the digest of what was asked for.
 NAME, DIGEST = "bridge", "bridge_setup"

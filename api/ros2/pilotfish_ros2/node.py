@@ -17,7 +17,6 @@ from typing import Any
 import rclpy
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry, Path
-from pilotfish import Client
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
@@ -32,6 +31,7 @@ from .doubts import Alarm, Doubts
 from .following import Arrivals, CurrentObserver, Motion, steering, why_silent
 from .frames import Frames
 from .mission import MissionLink
+from .pilotfish import Client
 
 # Best effort matches every publisher; 0.3 s of a filter that publishes at 100 Hz.
 ODOMETRY_QOS = QoSProfile(depth=32, reliability=QoSReliabilityPolicy.BEST_EFFORT)

@@ -1,8 +1,8 @@
 """What is posted again, and what is not."""
 
-from pilotfish import Unreachable
 from pilotfish_ros2 import mission as module
 from pilotfish_ros2.mission import MissionLink
+from pilotfish_ros2.pilotfish import Unreachable
 
 
 class Service:

@@ -12,7 +12,7 @@ use crate::app_state::AppState;
 use crate::edge::access::{self, is_public};
 use crate::examples::{self, EXAMPLES};
 use crate::missions::routes as calls;
-use crate::planning::{batch, plan, route_files};
+use crate::planning::{batch, batch::FleetValidation, plan, route_files};
 use crate::{crafts, health, metrics};
 use wire::{FleetResponse, PreviousFleet, SurfaceCraft};
 
@@ -85,7 +85,7 @@ pub(crate) fn documented() -> OpenApiRouter<AppState> {
             document, except what the HTTP library refuses without a body: malformed HTTP (400), and a head that is \
             longer than 16 KiB or has over 100 headers (431)."
         ),
-        components(schemas(SurfaceCraft, PreviousFleet, FleetResponse))
+        components(schemas(SurfaceCraft, PreviousFleet, FleetResponse, FleetValidation))
     )]
     struct Document;
 
@@ -138,11 +138,14 @@ fn describe_fleets(document: &mut Value) {
     let required = request["required"].as_array_mut().expect("some are");
     required.iter_mut().filter(|name| *name == "asc").for_each(|name| *name = json!("surface_craft"));
     document["components"]["schemas"]["FleetRequest"] = request;
-    let call = &mut document["paths"]["/v1/plan"]["post"];
-    for (place, fleet) in [("/requestBody", "FleetRequest"), ("/responses/200", "FleetResponse")] {
-        let schema = call.pointer_mut(&format!("{place}/content/application~1json/schema"));
-        let schema = schema.expect("is described");
-        *schema = json!({ "oneOf": [schema.take(), reference(fleet)] });
+    document["components"]["schemas"]["FleetValidation"]["properties"]["request"] = reference("FleetRequest");
+    for (path, answer) in [("/v1/plan", "FleetResponse"), ("/v1/plan/validate", "FleetValidation")] {
+        let call = &mut document["paths"][path]["post"];
+        for (place, fleet) in [("/requestBody", "FleetRequest"), ("/responses/200", answer)] {
+            let schema = call.pointer_mut(&format!("{place}/content/application~1json/schema"));
+            let schema = schema.expect("is described");
+            *schema = json!({ "oneOf": [schema.take(), reference(fleet)] });
+        }
     }
 }
 

@@ -228,7 +228,7 @@ impl ProgressDisplay {
         let tuning = progress.tuned.0 < progress.tuned.1;
         let (done, of) = if tuning { progress.tuned } else { progress.runs };
         let words = if tuning {
-            format!("gains: {done} of {of} laws")
+            format!("tuning before the runs: {done} of {of} searches for gains")
         } else {
             let since = *self.flying_since.get_or_insert_with(|| self.clock.now());
             let seconds = self.clock.since(since).as_secs_f64();

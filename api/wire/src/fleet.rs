@@ -3,11 +3,11 @@
 use planner::fleet::{Assignment, CRAFT_MAX, Fleet, HAND_OVER, Member, SlotUse};
 use planner::snapshot::AUVS_MAX;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use serde_with::skip_serializing_none;
 use utoipa::ToSchema;
 
-use super::check::{envelope_faults, origin_faults};
+use super::check::{envelope_faults, origin_faults, with_defaults};
 use super::json::{BodyError, Json, Node, ShapeError, parse};
 use super::read::in_metres;
 use super::response::{Outcome, PlanResponse};
@@ -204,6 +204,27 @@ impl FleetRequest {
     /// What all craft share, with the members of the first one.
     pub fn shared(&self) -> &PlanRequest {
         &self.craft[0].request
+    }
+
+    /// The request as a body, with the defaults of its `fleet`.
+    pub fn with_defaults(self, fleet: &Fleet) -> Map<String, Value> {
+        let json = |value: Value| if let Value::Object(members) = value { members } else { Map::new() };
+        let mut members = json(json!(self.shared()));
+        let plans = self.craft.iter().chain(&self.gone).filter_map(|member| {
+            let plan = Some(member.request.previous_plan.clone()?);
+            Some(PreviousOfCraft { id: member.id.clone(), plan })
+        });
+        let surface_craft = plans.collect();
+        let previous = self.before.map(|assignment| PreviousFleet { assignment, surface_craft });
+        let craft = self.craft.into_iter().zip(fleet.snapshots()).map(|(member, snapshot)| {
+            let PlanRequest { asc, craft, limits, .. } = with_defaults(member.request, snapshot);
+            SurfaceCraft { id: member.id, asc, craft, limits, serves: member.serves }
+        });
+        members.retain(|name, _| !["asc", "craft", "limits", "previous_plan"].contains(&name.as_str()));
+        members.extend(json(json!({
+            "surface_craft": craft.collect::<Vec<_>>(), "hand_over_s": self.hand_over_s, "previous_plan": previous,
+        })));
+        members
     }
 
     /// The checked fleet, in the frame at its first craft if it has an origin. Once `due`,

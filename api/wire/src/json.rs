@@ -301,6 +301,10 @@ impl de::Error for ShapeError {
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
+        if name == "surface_craft" && known.contains(&"asc") {
+            let detail = "only POST /v1/plan and /v1/plan/validate take a fleet: give one craft, as `asc`";
+            return Self::new(token(name), "unknown_field", detail);
+        }
         // Degrees become radians before members are read.
         let degrees =
             |name: &str| DIRECTIONS.iter().find(|[_, radians]| *radians == name).map(|[degrees, _]| *degrees);

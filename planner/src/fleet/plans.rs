@@ -21,6 +21,11 @@ impl Fleet {
         self.ids.len()
     }
 
+    /// What is known to each craft, in the order of way.
+    pub fn snapshots(&self) -> &[Snapshot] {
+        &self.snapshots
+    }
+
     /// Plans for every craft by `assignment`, in the order of way: each of its [`Self::next`].
     /// `plan` also gets the number of plans that are left.
     pub fn plans<P: AsRef<Plan>>(

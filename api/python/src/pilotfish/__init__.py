@@ -5,17 +5,13 @@ and answers. Metres, seconds, radians; positions north and east of a datum; head
 north, positive clockwise.
 """
 
-from importlib.metadata import version
-
 from . import types
 from .aio import AsyncClient, AsyncMission
 from .client import Client, Mission
 from .comparison import Comparison
-from .core import RecordFormat
+from .core import RecordFormat, __version__
 from .errors import MissionFailed, PilotfishError, Refused, Unreachable
 from .stream import Event
-
-__version__ = version("pilotfish")
 
 __all__ = [
     "AsyncClient",
@@ -29,5 +25,6 @@ __all__ = [
     "RecordFormat",
     "Refused",
     "Unreachable",
+    "__version__",
     "types",
 ]

@@ -13,6 +13,9 @@ from .errors import PilotfishError, Refused, Unreachable
 
 T = TypeVar("T")
 
+# Of the whole workspace: tests/test_package.py compares.
+__version__ = "0.2.0"
+
 # Pause between two tries if the service does not give one, s: doubled each time.
 PAUSE_FIRST_S = 0.1
 PAUSE_MAX_S = 2.0

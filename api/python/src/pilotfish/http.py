@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import ssl
-from importlib.metadata import version
 from ipaddress import ip_address
 from typing import Any
 from urllib.request import getproxies, proxy_bypass
 
 import httpx
 
-from .core import Call, NoReply
+from .core import Call, NoReply, __version__
 
 OK = 200
 
@@ -27,7 +26,7 @@ def settings(url: str, token: str | None, timeout_s: float, verify: ssl.SSLConte
     """Arguments of an httpx client."""
     if not url.startswith(("http://", "https://")):
         raise ValueError(f"{url!r} does not begin with http:// or https://")
-    headers = {"user-agent": f"pilotfish-python/{version('pilotfish')}"}
+    headers = {"user-agent": f"pilotfish-python/{__version__}"}
     if token is not None:
         headers["authorization"] = f"Bearer {token}"
     return {"base_url": url, "headers": headers, "timeout": timeout_s, "verify": verify, "mounts": _direct(url)}

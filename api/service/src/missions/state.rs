@@ -1,6 +1,6 @@
 //! The state of a live mission: the fold of its events, and the resulting planner request.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use planner::angle::Heading;
 use planner::fleet::Member;
@@ -224,7 +224,14 @@ impl MissionState {
         let craft = self.craft(heard.craft.as_deref());
         let track = craft.map_or_else(Vec::new, |craft| craft.track_with(heard));
         for (id, fixes) in &mut heard.auvs {
+            let list = format!("/auvs/{}/", pointer_token(id));
+            // A report's number in the body counts those that were rejected before.
+            let rejected = heard.rejected.iter().filter_map(|wrong| wrong.pointer.strip_prefix(&list));
+            let rejected = rejected.filter_map(|place| place.split('/').next()?.parse().ok());
+            let rejected: BTreeSet<usize> = rejected.collect();
+            let mut numbers = (0..).filter(|number| !rejected.contains(number));
             fixes.retain_mut(|fix| {
+                let number = numbers.next().unwrap_or_default();
                 fix.measure();
                 if fix.is_range() && fix.from.is_none() {
                     fix.from = position_at(&track, fix.t_s);
@@ -236,7 +243,7 @@ impl MissionState {
                          where it was measured",
                         fix.t_s
                     );
-                    heard.rejected.push(FieldError::new(format!("/auvs/{}", pointer_token(id)), "missing", detail));
+                    heard.rejected.push(FieldError::new(format!("{list}{number}"), "missing", detail));
                 }
                 is_placed
             });
@@ -557,11 +564,13 @@ mod tests {
         let range = |t_s: f64| json!({ "t_s": t_s, "range_m": 30.0, "sigma_m": 1.0 });
         let ranges = json!({ "auvs": { "a": [range(100.5), range(97.9), range(102.9)] } });
         let mut ranges: Reports = serde_json::from_value(ranges).expect("has the shape");
+        ranges.rejected =
+            vec![FieldError::new("/auvs/a/0/range_m", "out_of_range", "was the first in the body")];
         state.place_ranges(&mut ranges);
         let from: Vec<_> = ranges.auvs["a"].iter().map(|range| range.from).collect();
         assert_eq!(from, [Some([7.5, 0.0]), Some([8.0, 0.0])]);
         let rejected: Vec<_> = ranges.rejected.iter().map(|wrong| (&*wrong.pointer, &*wrong.code)).collect();
-        assert_eq!(rejected, [("/auvs/a", "missing")]);
+        assert_eq!(rejected, [("/auvs/a/0/range_m", "out_of_range"), ("/auvs/a/2", "missing")]);
         state.take_reports(&ranges, 103.0);
         assert!(state.request(103.0, &OwnCraft::default()).is_some());
     }

@@ -9,6 +9,7 @@ use axum::{Extension, Json};
 use planner::snapshot::{AUVS_MAX, REPORTS_MAX};
 use planner::stop::Stop;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use utoipa::ToSchema;
 
 use crate::edge::arrival::Arrival;
@@ -20,7 +21,7 @@ use crate::planning::admission::Work;
 use crate::planning::deadline::Deadline;
 use crate::planning::planners::{Planned, Planners};
 use crate::planning::valid_request::{Context, ValidRequest, answer, written};
-use wire::{DEADLINE_MS, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
+use wire::{DEADLINE_MS, FleetRequest, METADATA_BYTES_MAX, PlanRequest, PlanResponse, VALUES_MAX, plan_id};
 
 /// Snapshots to plan for, independently of each other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -57,6 +58,14 @@ pub struct Validation {
     pub plan_id: String,
     /// The snapshot with every default filled in.
     pub request: PlanRequest,
+}
+
+/// The service's reading of a fleet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct FleetValidation {
+    /// The request with every default filled in.
+    #[schema(value_type = Object)]
+    pub request: Map<String, Value>,
 }
 
 /// The limits of the service.
@@ -136,7 +145,7 @@ fn as_json(status: u16, plan: Option<PlanResponse>, problem: Option<ProblemDocum
     serde_json::to_vec(&item).expect("strings, numbers and lists only")
 }
 
-/// Validates a snapshot without planning, by the same rules as a plan.
+/// Validates a snapshot, or a fleet, without planning, by the same rules as a plan.
 #[utoipa::path(post, path = "/v1/plan/validate", tag = "plan", request_body = PlanRequest, responses(
     (status = 200, description = "The snapshot is valid.", body = Validation), Refusals))]
 pub(crate) async fn validate_plan(
@@ -145,8 +154,13 @@ pub(crate) async fn validate_plan(
 ) -> Result<Response, Problem> {
     let permit = planners.admit(Work::Reading, body.bytes.len())?;
     let read = planners.read(&permit, |_| {
-        let request: PlanRequest = body.read()?;
         // No estimate is needed.
+        if wire::is_of_fleet(&body.bytes) {
+            let request = FleetRequest::read(&body.bytes)?;
+            let fleet = request.clone().fleet(&|| true).map_err(Problem::Invalid)?;
+            return Ok(written(|| FleetValidation { request: request.with_defaults(&fleet) }));
+        }
+        let request: PlanRequest = body.read()?;
         let ValidRequest { snapshot, .. } = ValidRequest::new(request.clone(), &Stop::at_once())?;
         Ok(written(|| Validation {
             plan_id: plan_id(&snapshot),

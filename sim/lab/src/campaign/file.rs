@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim::scenario::{ScenarioError, line_of, line_of_field};
 
-use super::controller::{Controller, ControllerFile};
+use super::controller::{Controller, ControllerFile, PlannerFile};
 use super::score::{SCORES, Score};
 
 mod check;
@@ -267,7 +267,11 @@ impl CampaignFile {
     pub fn parse(text: &str, file: &str) -> Result<Self, CampaignError> {
         let refused = |error: &toml::de::Error, field: String| {
             let line = error.span().map_or(1, |span| line_of(text, span.start));
-            CampaignError::Invalid(file.to_owned(), line, field, error.message().to_owned())
+            let mut reason = error.message().to_owned();
+            if field.ends_with(".planner") && reason.starts_with("unknown field") {
+                reason = format!("{reason}, expected one of {}", PlannerFile::members().join(", "));
+            }
+            CampaignError::Invalid(file.to_owned(), line, field, reason)
         };
         let document =
             toml::Deserializer::parse(text).map_err(|error| refused(&error, "syntax".to_owned()))?;

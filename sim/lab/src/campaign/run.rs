@@ -44,7 +44,6 @@ pub fn run(
         runs: (stored.iter().map(runs_of).sum(), wanted.iter().map(runs_of).sum()),
         ..Progress::default()
     };
-    progress(state);
     let mut note_tuned = |tuned| {
         state.tuned = tuned;
         progress(state);

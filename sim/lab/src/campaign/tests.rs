@@ -114,6 +114,8 @@ surface_craft.speed_mps | surface_craft.sped | parameters[0].key: surface_craft.
 name = "service" | name = "mpc auto" | controllers[2].name: "mpc auto" is the name of two
 planner = {} |  | controllers[0].planner: give one of planner, law and guide
 planner = {} | planner = {scp = 3} | unknown field `scp`
+planner = {} | planner = {energy_weight = 1} | unknown field `energy_weight`, expected one of
+planner = {} | planner = {energy_weight = 1} | `energy_weight_per_j`
 planner = {} | planner = { parameters.estimate.gates = 9.2 } | there is no tuned number estimate.gates
 name = "saturated_los" } | name = "straight" } | controllers[1].law.name: there is no law "straight", only saturated_los
 [tuning] | [report]\nmetrics = ["rms_m", "rms"]\n[tuning] | report.metrics[1]: there is no column "rms", only rms_m

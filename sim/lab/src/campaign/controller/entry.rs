@@ -90,6 +90,15 @@ pub struct PlannerFile {
     pub parameters: Tuned,
 }
 
+impl PlannerFile {
+    /// Its members, with those of the tuning, which Serde does not list.
+    pub fn members() -> Vec<String> {
+        let schema = schemars::schema_for!(Self).to_value();
+        let members = schema["properties"].as_object();
+        members.into_iter().flat_map(|members| members.keys().map(|name| format!("`{name}`"))).collect()
+    }
+}
+
 /// A figure that the planner does not choose.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
