@@ -34,6 +34,21 @@ test("every example is planned and drawn", async ({ page, service }) => {
   expect(seen.size, "no two pictures are the same").toBe(examples.length);
 });
 
+test("a plan that localises draws the AUVs' expected errors over the next minutes, and other plans none", async ({ page, service }) => {
+  await go(page, service, "#/plan?example=localise");
+  await expect(status(page)).toHaveText("planned");
+  const { figure: { vehicles } } = await service.post("/v1/plan", await service.get("/v1/examples/localise"));
+  const panel = page.getByRole("region", { name: "Expected errors of the AUVs" }), canvas = panel.locator("canvas");
+  await expect.poll(() => isDrawn(canvas)).toBe(true);
+  // Without a cursor the legend has the last values.
+  for (const { auv, over_time } of vehicles) {
+    const [, onFigure, above] = over_time.at(-1);
+    await expect(canvas).toHaveAttribute("aria-label", new RegExp(`${auv} ${onFigure.toFixed(2)};.*${auv}, if it stayed above ${above.toFixed(2)}`));
+  }
+  await page.getByLabel("Example").selectOption("track");
+  await expect(panel).toBeHidden();
+});
+
 test("an error stands at its field as one types, the old plan is dimmed, and both go with the error", async ({ page, service, complaints }) => {
   const type = await opened(page, service, "track");
   const right = await editor(page).inputValue();

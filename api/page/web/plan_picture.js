@@ -32,16 +32,18 @@ export class PlanPicture {
     this.request = null;
     /** @type {{ [name: string]: any }} */
     this.plans = {};
-    const place = el("div", { class: "map-place" }), charts = el("div");
+    const place = el("div", { class: "map-place" }), charts = el("div"), errors = el("div");
     this.visits = new VisitStrip();
     this.boxes = el("div", { class: "plan-laws row", role: "group", "aria-label": "Answers shown" });
     this.playButton = el("button", { type: "button", onclick: () => this.toggle() }, "▶ Play");
     this.slider = el("input", { type: "range", min: "0", max: "1000", value: "0", "aria-label": "Time of the forecast", oninput: () => { this.stop(); this.after = Number(this.slider.value) / 1000 * this.length; this.draw(); } });
     this.clock = el("output", { class: "clock" }, "now");
     this.element = el("div", {}, el("section", { class: "panel map-panel", "aria-label": "Map of the snapshot" }, place, this.visits.element, this.boxes),
-      el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, this.slider, this.clock), el("section", { class: "panel charts", "aria-label": "Predicted distance to the goal" }, charts));
+      el("div", { class: "transport", role: "group", "aria-label": "Replay" }, this.playButton, this.slider, this.clock), el("section", { class: "panel charts", "aria-label": "Predicted distance to the goal" }, charts),
+      this.errorsPanel = el("section", { class: "panel charts", "aria-label": "Expected errors of the AUVs" }, errors));
     this.map = new MapView(place);
     this.charts = new ChartStack(charts, { onCursor: (x) => { if (x !== null) { this.stop(); this.after = x; this.draw(); } }, formatX: (x) => `+${number(x, 0)} s` });
+    this.errors = new ChartStack(errors, { formatX: (x) => `+${number(x / 60, 0)} min`, onCursor: (x) => { this.errors.setCursor(x); this.errors.draw(); } });
     this.redraw = () => this.draw();
     addEventListener("themechange", this.redraw);
   }
@@ -75,6 +77,10 @@ export class PlanPicture {
     this.charts.setCharts([this.distances()]);
     this.charts.setCursor(after);
     this.charts.draw();
+    const errors = this.expectedErrors();
+    this.errorsPanel.hidden = !errors.curves.length;
+    this.errors.setCharts([errors]);
+    this.errors.draw();
   }
 
   /** @returns {import("./types.js").Visits} */
@@ -158,6 +164,17 @@ export class PlanPicture {
       };
     });
     return { id: "distance", title: "Predicted distance to the goal", unit: "m", zero: true, curves };
+  }
+
+  /** Errors of the AUVs' own navigation over the next minutes, on the figure and without it. @returns {import("./chart.js").Chart} */
+  expectedErrors() {
+    const { figure, targets } = this.plans.mpc, vehicles = /** @type {import("./types.js").LocalisedVehicle[]} */ (figure?.vehicles ?? []);
+    const curves = vehicles.flatMap(({ auv, over_time: rows = [] }) => {
+      const i = targets.findIndex((/** @type {any} */ { id }) => id === auv), x = rows.map(([after]) => after);
+      const curve = (/** @type {string} */ name, /** @type {1 | 2} */ column, /** @type {"solid" | "dashed"} */ dash) => ({ name, colour: auvColour(i), dash, x, y: rows.map((row) => row[column]), length: rows.length });
+      return rows.length ? [curve(auv, 1, "solid"), curve(`${auv}, if it stayed above`, 2, "dashed")] : [];
+    });
+    return { id: "errors", title: "Expected error of each AUV", unit: "m", zero: true, curves };
   }
 
   toggle() {

@@ -18,7 +18,7 @@ export type PredictedVessel = { id: string, name?: string, position: [number, nu
 export type Encounter = { vessel: string, kind: string, acts: boolean, cpa_m: number, tcpa_s: number, passes_m: number, separation_m: number };
 export type Avoidance = { encounters: Encounter[], manoeuvre?: { heading_rad: number, speed_mps: number, until_s: number }, sentence: string };
 
-export type LocalisedVehicle = { auv: string, sigma_now_m?: number, sigma_m: number, sigma_above_m: number };
+export type LocalisedVehicle = { auv: string, sigma_now_m?: number, sigma_m: number, sigma_above_m: number, over_time?: [number, number, number][] };
 export type Figure = { kind: string, north_m: number, east_m: number, axis_rad: number, ahead_m: number, starboard_m: number, semi_ahead_m: number, semi_starboard_m: number,
   vehicles: LocalisedVehicle[], sentence: string };
 

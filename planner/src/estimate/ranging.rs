@@ -1,6 +1,6 @@
 //! Reports of which some are ranges: what they leave possible, and how it falls apart.
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix2, Vector2};
 
 use crate::{
     estimate::{
@@ -8,7 +8,7 @@ use crate::{
         particles::{Cloud, Normals, Particle, Seen, Sight, count},
     },
     facts::{
-        angle::direction,
+        angle::{direction, starboard_of},
         evidence::Report,
         previous_plan::Ranging,
         ranges::{REPORT_SIGMA_MAX, REPORTS_MAX},
@@ -156,7 +156,7 @@ fn summarised(
     memory: Ranging,
     tuned: &EstimateNumbers,
 ) -> (Vec<Gaussian>, Ranging) {
-    let gaussians = match split(cloud, tuned) {
+    let gaussians = match split(cloud, tuned).or_else(|| sides(cloud, reports, tuned)) {
         Some((axis, at)) => Gaussian::all(cloud, |of| at < of.position.dot(&axis)),
         None => Gaussian::all(cloud, |_| false),
     };
@@ -181,7 +181,7 @@ fn fingerprint(reports: &[(usize, Report)]) -> f64 {
 /// The direction along which the positions fall apart, if they do, with least variance within.
 fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> {
     let (mean, covariance) = cloud.moments();
-    let axis = direction(0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22));
+    let axis = longest(&covariance.fixed_view::<2, 2>(0, 0).into_owned());
     let along = |of: &Particle| (of.position - mean.xy()).dot(&axis);
     let mut sorted: Vec<_> = cloud.particles.iter().map(|of| (along(of), of.weight)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -199,6 +199,28 @@ fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> 
     let (share, at) = found.filter(|_| APART_MIN * APART_MIN <= total)?;
     let is_apart = total - between <= tuned.places_within * total;
     (is_apart && PROBABILITY_MIN <= share.min(1.0 - share)).then(|| (axis, mean.xy().dot(&axis) + at))
+}
+
+/// The direction across the craft's track, and where the track lies along it, if wide positions are
+/// on both sides. Ranges beside a straight track leave mirror images, which may be longer along the
+/// track than they are apart: then they do not fall apart, and their mean is at neither.
+fn sides(cloud: &Cloud, reports: &[(usize, Report)], tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> {
+    let from: Vec<_> =
+        reports.iter().filter(|(_, of)| of.range_m.is_some()).map(|(_, of)| of.position()).collect();
+    let mean = from.iter().sum::<Vector2<f64>>() / from.len().max(1) as f64;
+    let scatter: Matrix2<f64> = from.iter().map(|at| (at - mean) * (at - mean).transpose()).sum();
+    let axis = starboard_of(longest(&scatter));
+    let at = mean.dot(&axis);
+    let beyond = cloud.particles.iter().filter(|of| at < of.position.dot(&axis));
+    let share: f64 = beyond.map(|of| of.weight).sum();
+    let (_, covariance) = cloud.moments();
+    let is_wide = tuned.sides_from.powi(2) <= covariance.m11 + covariance.m22;
+    (is_wide && PROBABILITY_MIN <= share.min(1.0 - share)).then_some((axis, at))
+}
+
+/// The direction of the largest variance.
+fn longest(covariance: &Matrix2<f64>) -> Vector2<f64> {
+    direction(0.5 * (2.0 * covariance.m12).atan2(covariance.m11 - covariance.m22))
 }
 
 /// The likeliest inflation of `claimed`, m, if much likelier than none, and what is then possible.

@@ -102,6 +102,17 @@ fn a_craft_on_a_straight_line_cannot_tell_on_which_side_the_auv_is() {
 }
 
 #[test]
+fn a_wide_cloud_beside_a_straight_track_is_two_places_at_its_sides() {
+    // Far past the AUV the ranges leave more along the track than the image is across it.
+    let found = estimate(&ranges(64, passing));
+    let Places { likelier, other, probability } = found.places.expect("are two");
+    assert!(30.0 < found.state.position_sigma().expect("is from reports"));
+    assert!((likelier.x - 20.0) * (other.x - 20.0) < 0.0 && probability < 0.8, "{:?}", found.places);
+    let mean = likelier * probability + other * (1.0 - probability);
+    assert!((mean - found.state.position()).norm() < 1e-6);
+}
+
+#[test]
 fn ranges_that_went_a_longer_way_are_refused() {
     let mut reports = ranges(30, circling);
     let direct = estimate(&reports);

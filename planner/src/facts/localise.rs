@@ -171,6 +171,10 @@ pub struct LocalisedVehicle {
     pub sigma_m: f64,
     /// The same if the craft stayed above the mean of the vehicles.
     pub sigma_above_m: f64,
+    /// The same over time, at most 21 rows, the first for now: time from now, s, error on the
+    /// figure, and if the craft stayed above, m. What a request sends back is not used.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub over_time: Vec<[f64; 3]>,
 }
 
 impl Figure {

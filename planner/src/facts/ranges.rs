@@ -5,6 +5,9 @@ use std::{f64::consts::TAU, ops::RangeInclusive};
 /// Most AUVs in one snapshot.
 pub const AUVS_MAX: usize = 16;
 
+/// Most rows of a localised vehicle's errors over time: now, and each twentieth of a trial.
+pub const FIGURE_ROWS_MAX: usize = 21;
+
 /// Most surface craft in a fleet.
 pub const CRAFT_MAX: usize = 6;
 

@@ -12,7 +12,7 @@ use crate::facts::localise::{Figure, FigureKind, Localise, LocalisedVehicle};
 use crate::localise::candidates::FixedFigure;
 use crate::localise::scene::Scene;
 use crate::localise::sentence::sentence;
-use crate::localise::trial::Outcome;
+use crate::localise::trial::{MEASUREMENTS_OF_ROW, Outcome};
 use crate::predict::forecast::AuvForecast;
 use crate::snapshot::build::Snapshot;
 
@@ -165,9 +165,16 @@ impl Scene {
     ) -> Figure {
         let vehicle = |i: usize| {
             let member = &self.members[i];
+            let sigma_now = member.covariance.trace().max(0.0).sqrt();
+            let n = self.members.len();
+            let later = (0..outcome.rows.len() / n).map(|row| {
+                let [on_it, above] = [outcome, above].map(|of| of.rows[row * n + i].max(0.0).sqrt());
+                [self.interval * (MEASUREMENTS_OF_ROW * (row + 1)) as f64, on_it, above]
+            });
             LocalisedVehicle {
                 auv: snapshot.auvs[member.auv].id.clone(),
-                sigma_now_m: member.is_known.then(|| member.covariance.trace().max(0.0).sqrt()),
+                sigma_now_m: member.is_known.then_some(sigma_now),
+                over_time: std::iter::once([0.0, sigma_now, sigma_now]).chain(later).collect(),
                 sigma_m: outcome.variances[i].max(0.0).sqrt(),
                 sigma_above_m: above.variances[i].max(0.0).sqrt(),
             }

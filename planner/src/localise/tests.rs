@@ -13,6 +13,7 @@ use crate::{
     coast::way::Search,
     facts::{
         localise::{Figure, FigureKind, Localise},
+        ranges::FIGURE_ROWS_MAX,
         tuning::Tuning,
         visit::{Fixes, Reduce},
     },
@@ -162,6 +163,18 @@ fn ranges_are_taken_from_a_circle_and_usbl_fixes_from_right_above() {
     assert!(found.sentence.starts_with("circling auv-0 to "), "{}", found.sentence);
     localise(&mut request).fixes = Fixes::Usbl;
     assert_eq!(figure(&request).kind, FigureKind::Above);
+}
+
+#[test]
+fn errors_over_time_begin_now_and_their_second_half_is_what_the_figure_leaves() {
+    let vehicle = figure(&one()).vehicles.remove(0);
+    let rows = &vehicle.over_time;
+    assert_eq!((rows.len(), rows[0], rows[20][0]), (FIGURE_ROWS_MAX, [0.0, 5.0, 5.0], 600.0));
+    for (column, expected) in [(1, vehicle.sigma_m), (2, vehicle.sigma_above_m)] {
+        let squares: f64 = rows[11..].iter().map(|row| row[column].powi(2)).sum();
+        // Every third measurement instead of each.
+        assert!(((squares / 10.0).sqrt() / expected - 1.0).abs() < 0.05, "{vehicle:?}");
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use crate::facts::angle::wrap;
 use crate::facts::localise::Figure;
-use crate::facts::ranges::AUVS_MAX;
+use crate::facts::ranges::{AUVS_MAX, FIGURE_ROWS_MAX};
 use crate::facts::visit::{Fixes, Reduce};
 use crate::localise::scene::{MEASUREMENTS, Scene};
 
@@ -21,6 +21,9 @@ const AT_CORNER: f64 = 0.1;
 /// Share of the mean variance beside the largest one.
 const MEAN_BESIDE_MAX: f64 = 0.01;
 
+/// Measurements from one row of an answer's errors over time to the next.
+pub(crate) const MEASUREMENTS_OF_ROW: usize = MEASUREMENTS / (FIGURE_ROWS_MAX - 1);
+
 /// Outcome of a trial.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
@@ -28,6 +31,8 @@ pub(crate) struct Outcome {
     pub(crate) cost: f64,
     /// Mean variance of each member over the second half, north plus east, m².
     pub(crate) variances: SmallVec<[f64; AUVS_MAX]>,
+    /// Variances of all members at each row's measurement, m².
+    pub(crate) rows: Vec<f64>,
 }
 
 impl Scene {
@@ -37,7 +42,8 @@ impl Scene {
         let (mut position, mut bow) = (Vector2::zeros(), Vector2::new(1.0, 0.0));
         let mut covariances: SmallVec<[Matrix2<f64>; AUVS_MAX]> =
             self.members.iter().map(|member| member.covariance).collect();
-        let mut outcome = Outcome { cost: 0.0, variances: covariances.iter().map(|_| 0.0).collect() };
+        let mut outcome =
+            Outcome { cost: 0.0, variances: covariances.iter().map(|_| 0.0).collect(), rows: Vec::new() };
         let n = MEASUREMENTS as f64;
         let (mut energy, mut breaches) = (0.0, 0.0);
         let mut corners = &*self.corners;
@@ -63,6 +69,9 @@ impl Scene {
                 let variance = 0.5 * (before + covariance.trace());
                 sum += member.share * variance;
                 largest = largest.max(member.share * variance);
+                if k % MEASUREMENTS_OF_ROW == 0 {
+                    outcome.rows.push(variance);
+                }
                 if MEASUREMENTS / 2 < k {
                     outcome.variances[i] += variance / (MEASUREMENTS - MEASUREMENTS / 2) as f64;
                 }

@@ -22,10 +22,10 @@ use crate::facts::known_path::{DeclaredPath, KnownPath};
 use crate::facts::no_go::{NoGo, no_go_lengths, no_go_numbers};
 use crate::facts::previous_plan::{PreviousPlan, PreviousTarget};
 use crate::facts::ranges::{
-    ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, ID_LENGTH_MAX, KEEP_OUTS_MAX,
-    LEG_HEIGHT_MIN, LIMITS, LIMITS_ALONE, PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE, PREVIOUS_REFERENCE,
-    REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX, VESSELS_MAX,
-    VISITS_MAX, WEIGHT,
+    ANGLE, AREA_CORNERS, ASC, ASC_GROUND, AUVS_MAX, CURRENT, DIVE, FIGURE_ROWS_MAX, ID_LENGTH_MAX,
+    KEEP_OUTS_MAX, LEG_HEIGHT_MIN, LIMITS, LIMITS_ALONE, PATH, PREVIOUS_ASKED, PREVIOUS_ESTIMATE,
+    PREVIOUS_REFERENCE, REPORTS_MAX, Range, SPEED_MAX_MOST, TIME, TRAJECTORY_POINT, TRAJECTORY_POINTS_MAX,
+    VESSELS_MAX, VISITS_MAX, WEIGHT,
 };
 use crate::facts::reference::TrajectoryPoint;
 use crate::facts::water::{Current, Drift};
@@ -172,6 +172,10 @@ impl Check {
             }
             if let Some(figure) = &previous.figure {
                 at_most(AUVS_MAX, "figure/vehicles", figure.vehicles.len());
+                for (i, vehicle) in figure.vehicles.iter().enumerate() {
+                    let place = format!("figure/vehicles/{i}/over_time");
+                    at_most(FIGURE_ROWS_MAX, &place, vehicle.over_time.len());
+                }
             }
         }
     }

@@ -76,6 +76,10 @@ numbers! {
         /// Largest share of the variance that is left within two places that are told apart: 0.36
         /// for the halves of one Gaussian, 0.25 of a line, 0.19 of a ring.
         places_within = 0.27,
+        /// Root-mean-square spread of the positions from which on the sides of the craft's track are
+        /// told apart, m. Chosen on clouds of 100,000 particles (48 flights): 15 to 40 m leave no sure
+        /// estimate on the wrong side, 60 m 2.6 %, no such rule 8.7 %.
+        sides_from = 30.0,
 
         /// Standard deviation of the position of a state without a covariance, m: an acoustic fix.
         state_sigma = 1.5,

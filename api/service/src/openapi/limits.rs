@@ -7,10 +7,10 @@ use planner::fleet::CRAFT_MAX;
 use planner::los::LawGains;
 use planner::path::{ARC_ANGLE_MAX, LENGTH_MAX, LENGTH_MIN, SEGMENTS_MAX};
 use planner::snapshot::{
-    AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, Fallback, Forecast, Hold, ID_LENGTH_MAX,
-    KEEP_OUTS_MAX, Limits, NO_GO_CORNERS_MAX, NO_GO_MAX, REPORTS_MAX, SPEED_MAX_MOST, STEP, STEPS_COUNT,
-    TIME, TRAJECTORY_POINTS_MAX, VESSEL_PLAN_LENGTH, VESSEL_SEPARATION, VESSELS_MAX, VISIT_COST, VISITS_MAX,
-    WEIGHT, ranges_by_shape,
+    AREA_CORNERS, AUVS_MAX, COORDINATE_MAX, COVARIANCE, Dive, FIGURE_ROWS_MAX, Fallback, Forecast, Hold,
+    ID_LENGTH_MAX, KEEP_OUTS_MAX, Limits, NO_GO_CORNERS_MAX, NO_GO_MAX, REPORTS_MAX, SPEED_MAX_MOST, STEP,
+    STEPS_COUNT, TIME, TRAJECTORY_POINTS_MAX, VESSEL_PLAN_LENGTH, VESSEL_SEPARATION, VESSELS_MAX, VISIT_COST,
+    VISITS_MAX, WEIGHT, ranges_by_shape,
 };
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -127,6 +127,8 @@ fn members() -> Vec<(&'static str, Value)> {
         ("Live.period_s", default(1.0)),
         ("LiveAuv.id", name.clone()),
         ("LiveAuv.id", json!({ "not": { "const": "asc" } })),
+        ("LocalisedVehicle.over_time", list(0, FIGURE_ROWS_MAX)),
+        ("LocalisedVehicle.over_time/items", list(3, 3)),
         ("NewMission.schema_version", version.clone()),
         ("NewMission.title", json!({ "maxLength": check::TITLE_BYTES_MAX })),
         ("NoGo.holes/items", ring.clone()),
