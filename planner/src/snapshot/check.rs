@@ -12,6 +12,7 @@ use std::ops::RangeInclusive;
 use nalgebra::Vector2;
 
 use crate::coast::shape::shape_faults;
+use crate::craft::description::CraftDescription;
 use crate::facts::asc::{Asc, DeclaredLimits, Limits};
 use crate::facts::auv::{Auv, Dive, VehicleId};
 use crate::facts::bounds::{bounds_faults, separation_fault};
@@ -213,7 +214,7 @@ impl Check {
         if let Some(previous) = &request.previous_plan {
             self.previous_plan(previous);
         }
-        self.invalid.extend(request.craft.iter().flat_map(|craft| craft.faults()));
+        self.invalid.extend(request.craft.iter().flat_map(CraftDescription::faults));
         paths
     }
 
@@ -428,7 +429,7 @@ impl Check {
         let values = [limits.turn_rate_max, limits.acceleration_max, limits.deceleration_max];
         self.numbers("/limits", &others, values);
         if let Some(lag) = declared.surge_lag_s {
-            self.numbers("/limits", &[LIMITS_ALONE[1].clone()], [lag]);
+            self.within(format_args!("/limits/surge_lag_s"), lag, &LIMITS_ALONE[1].1);
         }
     }
 
