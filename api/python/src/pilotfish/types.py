@@ -92,7 +92,7 @@ class AscReport(TypedDict):
     # `true` if the mission's references steered it. Otherwise its response is not learnt, earlier learning stays,
     # and references turn from the present heading. Default: yes.
     steered: NotRequired[bool]
-    # Unix time of the state, s: at most a day ago, and at most 1 s ahead.
+    # Unix time of the state, s: at most half an hour ago, and at most 1 s ahead.
     t_s: float
 
 
@@ -185,7 +185,7 @@ class Avoidance(TypedDict):
     encounters: list[Encounter]
     # What the craft does; absent while it can go straight for its goal.
     manoeuvre: NotRequired[Manoeuvre | None]
-    # The same in one sentence.
+    # The same in one sentence; empty for a craft that holds.
     sentence: str
     # Velocities of the vessels that may come near; the next request needs them in `previous_plan`.
     vessels: NotRequired[list[PastVessel]]
@@ -679,6 +679,12 @@ class FleetResponse(TypedDict):
     surface_craft: list[CraftPlan]
 
 
+class FleetValidation(TypedDict):
+    """The service's reading of a fleet."""
+
+    request: FleetRequest
+
+
 # Forecast of the underwater vehicles.
 Forecast: TypeAlias = Literal["auto", "declared", "hold", "constant_velocity", "constant_turn", "path"]
 
@@ -1030,6 +1036,9 @@ class LocalisedVehicle(TypedDict):
 
     # The vehicle.
     auv: str
+    # The same over time, at most 21 rows, the first for now: time from now, s, error on the figure, and if the
+    # craft stayed above, m. What a request sends back is not used.
+    over_time: NotRequired[list[list[float]]]
     # The same if the craft stayed above the mean of the vehicles.
     sigma_above_m: float
     # The same over the coming minutes, on the figure.
