@@ -202,6 +202,7 @@ async fn a_fleet_is_validated_without_a_plan_and_what_takes_one_craft_says_so() 
     let of_one = answered("/v1/plan/validate", example("midpoint").to_string()).await;
     assert_eq!(looked_at["request"]["surface_craft"][0]["limits"], of_one["request"]["limits"]);
 
+    let body = fleet("midpoint", &[]);
     for (path, body, place) in [
         ("/v1/plan/compare", body.clone(), "/surface_craft"),
         ("/v1/plan/batch", json!({ "requests": [body] }), "/requests/0/surface_craft"),

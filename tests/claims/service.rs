@@ -564,6 +564,8 @@ async fn the_openapi_document_has_the_checked_ranges() {
         ("Limits/properties/speed_max_mps/default", json!(1.5)),
         ("Live/properties/period_s/default", json!(1.0)),
         ("Reports/properties/asc/maxItems", json!(64)),
+        ("Reports/properties/rejected/readOnly", json!(true)),
+        ("Assignment/properties/unserved/maxItems", json!(16)),
         ("Step/properties/ticks/maximum", json!(60)),
     ] {
         assert_eq!(schemas.pointer(&format!("/{place}")), Some(&limit), "{place}");

@@ -29,6 +29,10 @@ const PAUSE_MAX_S: f64 = 3.0;
 /// Rise of a reference speed per acceleration. A reference leads a speed loop by its lag times the
 /// acceleration: a slower rise would add to the lag.
 const RISE_PER_ACCELERATION: f64 = 4.0;
+/// Least change of a reference that is counted, m/s and rad: less is no limit that a person would
+/// raise.
+const COUNTED_MPS: f64 = 0.01;
+const COUNTED_RAD: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::struct_field_names, reason = "each is a maximum")]
@@ -147,18 +151,18 @@ impl OutputLimiter {
 
         let turn = wrap(asked.heading - before.heading);
         let slew = limits.turn_rate_max * elapsed;
-        if turn.abs() > slew {
+        if turn.abs() > slew + COUNTED_RAD {
             self.changes.count("turn too fast");
         }
         let heading = wrap(before.heading + turn.clamp(-slew, slew));
 
         let most = limits.speed_max;
-        if asked.speed > most {
+        if asked.speed > most + COUNTED_MPS {
             self.changes.count("speed above the limit");
         }
         let from = before.speed.clamp(0.0, most);
         let rise = RISE_PER_ACCELERATION * limits.acceleration_max * elapsed;
-        if asked.speed.min(most) > from + rise {
+        if asked.speed.min(most) > from + rise + COUNTED_MPS {
             self.changes.count("speed rises too fast");
         }
         let speed = asked.speed.clamp(0.0, most).min(from + rise);
@@ -269,6 +273,9 @@ mod tests {
         let fastest = reference(LIMITS.speed_max, 0.0);
         assert_eq!(limiter.limit(0.0, &fastest, &fastest, &LIMITS), Some(fastest));
         assert_eq!(limiter.changes.total(), 0);
+        // A rounded limit of the service counts for nothing.
+        let rounded = limiter.limit(0.05, &reference(1.001, 0.001), &fastest, &LIMITS);
+        assert_eq!((rounded.map(|sent| sent.speed), limiter.changes.total()), (Some(1.0), 0));
         let sent = limiter.limit(0.1, &reference(1.5, 0.0), &fastest, &LIMITS);
         assert_eq!(sent, Some(fastest));
         assert_eq!(limiter.changes.to_string(), "speed above the limit: 1");

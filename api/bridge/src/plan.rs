@@ -60,6 +60,14 @@ impl Plan {
         format!("{} {}", name(&plan.method), name(&plan.outcome))
     }
 
+    /// From the craft to an AUV, horizontally, m; `None` if the plan does not tell of it.
+    pub(crate) fn distance_to(&self, auv: &str) -> Option<f64> {
+        let plan = &self.answer.plan;
+        let target = plan.targets.iter().find(|target| target.id.0 == auv)?.trajectory.first()?;
+        let place = Vector2::new(target.north_m, target.east_m);
+        Some((plan.trajectory.first()?.position() - place).norm())
+    }
+
     /// The planner's estimate of the craft's lags.
     pub(crate) fn lags(&self) -> String {
         let craft = &self.answer.plan.craft_estimate;

@@ -301,7 +301,8 @@ impl de::Error for ShapeError {
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        if name == "surface_craft" && known.contains(&"asc") {
+        let is_of_one_craft = ["asc", "goal"].iter().all(|member| known.contains(member));
+        if is_of_one_craft && ["surface_craft", "hand_over_s"].contains(&name) {
             let detail = "only POST /v1/plan and /v1/plan/validate take a fleet: give one craft, as `asc`";
             return Self::new(token(name), "unknown_field", detail);
         }

@@ -68,7 +68,8 @@ pub struct Mission {
     pub title: String,
     /// `simulated` or `live`.
     pub kind: String,
-    /// Controller of a simulated mission. None: a live mission, or one of before 0.3.0.
+    /// Controller of a simulated mission. None: a live mission, or one that 0.2.0
+    /// created.
     pub controller: Option<Controller>,
     /// Its status.
     pub status: Status,

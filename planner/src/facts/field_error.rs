@@ -76,10 +76,17 @@ impl FieldError {
         let (least, most) = (*range.start(), *range.end());
         let (side, allowed) = if given < least { ("behind", now - least) } else { ("ahead of", most - now) };
         let apart = (given - now).abs();
-        let detail = format!(
-            "is {apart:.1} s {side} {clock}, which shows {now:.1} s, and at most {allowed} s is accepted: set the clock \
-             that times are taken from"
-        );
+        let units = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+        // Small times are in range in many units.
+        let unit = units.iter().find(|(of, _)| 1e3 <= given / of && range.contains(&(given / of)));
+        let detail = if let Some((_, unit)) = unit {
+            format!("is in {unit}: give seconds")
+        } else {
+            format!(
+                "is {apart:.1} s {side} {clock}, which shows {now:.1} s, and at most {allowed} s is accepted: set the \
+                 clock that times are taken from"
+            )
+        };
         Self { detail, ..Self::out_of_range(pointer, given, least, most) }
     }
 

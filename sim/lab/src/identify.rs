@@ -64,6 +64,8 @@ pub struct Identification {
     pub heading_residual: f64,
     /// Root mean square of measured less simulated surge on straight courses, m/s.
     pub surge_residual: f64,
+    /// Time of the log that is left out, since a gap divides it, s.
+    pub(crate) left_out: f64,
     /// Time of each sample, s.
     pub(crate) time: Vec<f64>,
     /// Motion, measured and simulated: heading with the compass bias, then through the water.
@@ -154,6 +156,8 @@ pub fn identify(log: &Log) -> Identification {
     let mut parameters = heading.parameters();
     parameters.extend(surge.parameters());
     parameters.extend(power::fit(log, &surge.simulated));
+    // What no service accepts describes no craft.
+    parameters.iter_mut().for_each(|found| found.identified &= found.is_accepted());
     Identification {
         parameters,
         speed_held: surge.speed_held,
@@ -162,6 +166,7 @@ pub fn identify(log: &Log) -> Identification {
         compass_bias: surge.compass_bias(),
         heading_residual: rms(&heading.fit.residuals),
         surge_residual: surge.rms,
+        left_out: log.left_out(),
         time: log.rows().iter().map(|row| row.time).collect(),
         traces: traces(log, &reference, &heading, &surge),
     }

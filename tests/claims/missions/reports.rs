@@ -95,6 +95,11 @@ async fn a_wrong_clock_is_reported_in_seconds() {
             assert!(detail.starts_with(&told), "{detail}");
         }
     }
+    for (factor, unit) in [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")] {
+        let now = factor * service.now(&mission).await;
+        let document = service.post(&reports, &json!({ "asc": asc(now) })).await.problem();
+        assert_eq!(document["errors"][0]["detail"], format!("is in {unit}: give seconds"), "{document}");
+    }
     // A receiver on local time: an AUV's fix may be that old, a state of the craft not.
     let late = service.now(&mission).await - 3600.0;
     let body = json!({ "auvs": { "auv-1": [fix(late, 0.0, 0.0)] }, "asc": asc(late) });

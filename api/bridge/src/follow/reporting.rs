@@ -163,7 +163,10 @@ impl<'a> Facts<'a> {
         parts.extend(fixes.map(|(auv, Fixes { arrivals, count, .. })| {
             let fixes = if *count == 1 { "fix" } else { "fixes" };
             let age = now - arrivals.newest_s;
-            format!("{auv} heard {age:.0} s ago, {count} {fixes}")
+            let plan = link.plan.as_ref().filter(|plan| self.decision.reference(plan, now).is_some());
+            let away = plan.and_then(|plan| plan.distance_to(auv));
+            let away = away.map_or_else(String::new, |away| format!("{away:.0} m away, "));
+            format!("{auv} heard {age:.0} s ago, {away}{count} {fixes}")
         }));
         let vessels = self.telemetry.vessels_near(now);
         parts.extend(vessels.first().map(|(distance, nearest)| {

@@ -18,6 +18,10 @@ const STATE_AGE_MAX: f64 = 10.0;
 /// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
 
+/// Time for which the planner does not learn from a craft after it was handed back, s. Its helm takes
+/// over, and without way a rudder has no effect: neither is its response.
+const HANDED_BACK: f64 = 10.0;
+
 /// Time for which a craft that falls silent goes on, s: a bridge stops it after 2 to 3 s without a
 /// service, and it loses way.
 const STOPS_IN: f64 = 3.0;
@@ -41,6 +45,9 @@ pub(super) struct CraftState {
     /// Newest positions: time, s, north and east, m. They place its ranges.
     #[serde(default)]
     craft_track: Vec<[f64; 3]>,
+    /// Time of its first state after it was not steered, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    handed_back: Option<f64>,
     /// The last report of whether it is steered. No plan of a mission with one craft depends on it.
     #[serde(default)]
     pub(super) steering: Option<Steering>,
@@ -106,6 +113,7 @@ impl CraftState {
     pub(super) fn forget_after(&mut self, now: f64) {
         self.asc.take_if(|asc| is_ahead(asc.t_s, now));
         self.craft_track.retain(|[then, ..]| !is_ahead(*then, now));
+        self.handed_back.take_if(|then| is_ahead(*then, now));
         self.steering.take_if(|said| is_ahead(said.t_s, now));
     }
 
@@ -116,6 +124,9 @@ impl CraftState {
         if let Some(newest) = newest
             && self.asc.as_ref().is_none_or(|known| known.t_s < newest.t_s)
         {
+            if newest.steered && self.asc.as_ref().is_some_and(|known| !known.steered) {
+                self.handed_back = Some(newest.t_s);
+            }
             self.asc = Some(newest.clone());
         }
         let batteries = heard.asc.iter().filter_map(|asc| Some((asc.t_s, asc.battery?)));
@@ -164,6 +175,11 @@ impl CraftState {
         self.asc.as_ref().is_some_and(is_new)
     }
 
+    /// `true` if it was handed back just before `now`, s.
+    fn is_handed_back(&self, now: f64) -> bool {
+        self.handed_back.is_some_and(|then| now - then < HANDED_BACK)
+    }
+
     /// Velocity over ground (north, east), m/s.
     pub(super) fn velocity(&self) -> Option<Vector2<f64>> {
         let plan = self.previous_plan.as_ref();
@@ -183,7 +199,7 @@ impl CraftState {
         if let Some(plan) = &mut previous_plan {
             if !asc.steered {
                 take_motion_for_reference(plan, &asc.state);
-            } else if LEARNT_AGE_MAX < now - asc.t_s {
+            } else if LEARNT_AGE_MAX < now - asc.t_s || self.is_handed_back(now) {
                 learn_nothing(plan, &asc.state);
             }
         }

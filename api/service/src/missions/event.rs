@@ -117,7 +117,7 @@ pub struct Planned {
     /// The true states of all vehicles, in a simulated mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<Box<Truth>>,
-    /// The plan's prediction. Versions before 0.3 stored none.
+    /// The plan's prediction; events that 0.2.0 stored have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prediction: Option<Box<Prediction>>,
 }

@@ -657,6 +657,24 @@ mod tests {
     }
 
     #[test]
+    fn nothing_is_learnt_for_ten_seconds_after_a_person_handed_the_craft_back() {
+        let [mut state, _] = before_and_after(json!({ "craft": null }));
+        state.alone.asc.as_mut().expect("is heard").steered = false;
+        let mut asked = |t_s: f64| {
+            state.take_reports(&heard(t_s, t_s), t_s);
+            let request = state.request(t_s, &OwnCraft::default()).expect("waits for no vehicle");
+            let plan = request.previous_plan.expect("is there");
+            let craft = plan.craft_estimate.expect("is there");
+            (plan.reference.map(|asked| asked.speed_mps), craft.asked_speed_mps, craft.asked_heading_rad)
+        };
+        let [first, last, then] = [11.0, 20.9, 21.0].map(&mut asked);
+        assert_eq!([(first.1, first.2), (last.1, last.2)], [(1.0, 0.0); 2]);
+        assert_ne!((then.1, then.2), (1.0, 0.0));
+        // Its references go on.
+        assert_eq!(first.0, then.0);
+    }
+
+    #[test]
     fn nothing_is_learnt_of_a_silent_craft_and_its_references_continue() {
         let [state, _] = before_and_after(json!({ "craft": null }));
         let heard_s = state.alone.asc.as_ref().expect("is heard").t_s;

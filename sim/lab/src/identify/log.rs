@@ -52,11 +52,14 @@ pub struct Log {
     rows: Vec<LogRow>,
     /// Measured headings without jumps, rad.
     headings: Vec<f64>,
+    /// Time of the given rows that is left out, s.
+    left_out: f64,
 }
 
 impl Log {
     /// Checks `rows`. Rows of one time are spread evenly until the next (loggers cut times to whole
-    /// seconds); repeated rows count once. Positions replace a missing velocity over ground.
+    /// seconds); repeated rows count once. Positions replace a missing velocity over ground. The
+    /// longest part without a gap is used.
     pub fn new(mut rows: Vec<LogRow>) -> Result<Self, InvalidLog> {
         let given = rows.len();
         if !(2..=ROWS_MAX).contains(&given) {
@@ -78,19 +81,23 @@ impl Log {
         spread_equal_times(&mut rows);
         for (i, two) in rows.windows(2).enumerate() {
             let (before, given) = (two[0].time, two[1].time);
-            if !(before < given && given - before <= INTERVAL_MAX) {
-                let must = format!("later than the one before it, by {INTERVAL_MAX} s at most");
+            if given <= before {
                 let row = i + 1;
-                return Err(InvalidLog(format!(
-                    "row {row}: {given} s follows {before} s; a row must be {must}"
-                )));
+                let must = "a row must be later than the one before it";
+                return Err(InvalidLog(format!("row {row}: {given} s follows {before} s; {must}")));
             }
         }
+        let whole = duration(&rows);
+        let parts = rows.chunk_by(|one, next| next.time - one.time <= INTERVAL_MAX);
+        let longest = parts.max_by(|a, b| duration(a).total_cmp(&duration(b)));
+        let mut rows = longest.map_or_else(Vec::new, <[LogRow]>::to_vec);
         reject_degrees(&rows)?;
-        let given = rows[rows.len() - 1].time - rows[0].time;
+        let given = duration(&rows);
         if given < DURATION_MIN {
-            let says = format!("the log lasts {given} s: it must last at least {DURATION_MIN} s");
-            return Err(InvalidLog(says));
+            return Err(InvalidLog(format!(
+                "the log lasts {given} s without a gap of more than {INTERVAL_MAX} s: it must last at least \
+                 {DURATION_MIN} s"
+            )));
         }
         if rows.iter().all(|row| row.ground_velocity.is_none()) {
             difference_positions(&mut rows);
@@ -101,7 +108,12 @@ impl Log {
             return Err(InvalidLog(says.to_owned()));
         }
         let headings = continuous(rows.iter().map(|row| row.heading));
-        Ok(Self { rows, headings })
+        Ok(Self { rows, headings, left_out: whole - given })
+    }
+
+    /// Time before and after gaps that is left out, s.
+    pub fn left_out(&self) -> f64 {
+        self.left_out
     }
 
     /// The rows, in time.
@@ -113,6 +125,11 @@ impl Log {
     pub fn headings(&self) -> &[f64] {
         &self.headings
     }
+}
+
+/// Time from the first row to the last, s.
+fn duration(rows: &[LogRow]) -> f64 {
+    rows.first().zip(rows.last()).map_or(0.0, |(first, last)| last.time - first.time)
 }
 
 /// Angles without jumps: each within half a turn of its predecessor.
@@ -219,6 +236,20 @@ mod tests {
         let later = in_degrees(false).split_off(100);
         let error = Log::new(later).expect_err("begins at 97");
         assert!(error.0.contains("97."), "{error}");
+    }
+
+    #[test]
+    fn of_a_log_with_a_gap_the_longest_part_is_used() {
+        let mut halved = rows();
+        for row in &mut halved[400..] {
+            row.time += 24.0;
+        }
+        let log = Log::new(halved.clone()).expect("its first part lasts 80 s");
+        assert_eq!(log.rows(), &rows()[..400]);
+        // A fifth of a second belongs to the gap.
+        assert!((log.left_out() - (24.0 + 40.0)).abs() < 1e-9, "{}", log.left_out());
+        let error = Log::new(halved.split_off(200)).expect_err("both parts last 40 s");
+        assert!(error.0.contains("without a gap of more than 5 s"), "{error}");
     }
 
     #[test]

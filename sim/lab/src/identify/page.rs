@@ -80,14 +80,18 @@ fn rows(found: &Identification) -> Vec<[String; 5]> {
 
 fn missing(found: &Identification) -> Vec<String> {
     let missing = found.missing();
+    let (used, left) = (found.time[found.time.len() - 1] - found.time[0], found.left_out);
+    let says = || format!("Used: the longest part without a gap, {used:.0} s; {left:.0} s are left out.");
+    let mut words = Vec::from_iter((0.0 < left).then(says));
     if missing.is_empty() {
-        return vec!["The log identifies every parameter: all are in the craft file.".to_owned()];
+        words.push("The log identifies every parameter: all are in the craft file.".to_owned());
     }
     let sentence = |quantity: &Quantity| {
         let (name, manoeuvre) = quantity.name_and_manoeuvre();
         format!("The log does not identify {name}: log {manoeuvre}.")
     };
-    missing.iter().map(sentence).collect()
+    words.extend(missing.iter().map(sentence));
+    words
 }
 
 /// A number with its significant digits.

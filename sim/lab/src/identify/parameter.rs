@@ -1,5 +1,7 @@
 //! Identified quantities and their intervals.
 
+use planner::snapshot::ranges_by_shape;
+
 use super::fit::{self, Estimate};
 
 /// A parameter with a wider interval than this share of its estimate is not identified.
@@ -101,6 +103,21 @@ pub(crate) struct Parameter {
     pub(super) high: f64,
     /// `true` if the log identifies it; it is then in the craft file.
     pub(super) identified: bool,
+}
+
+impl Parameter {
+    /// `true` if a service accepts it in a craft; an infinite integral time is none there.
+    pub(super) fn is_accepted(&self) -> bool {
+        let (name, _) = self.quantity.name_and_manoeuvre();
+        let (shape, member) = match name.split_once('/') {
+            Some(("heading_loop", member)) => ("HeadingLoop", member),
+            Some(("surge_loop", member)) => ("SurgeLoop", member),
+            Some((_, member)) => ("Power", member),
+            None => ("CraftDescription", name),
+        };
+        let mut ranges = ranges_by_shape().filter(|(of, range)| (*of, range.0) == (shape, member));
+        self.estimate.is_infinite() || ranges.all(|(_, range)| range.1.contains(&self.estimate))
+    }
 }
 
 /// A parameter that was estimated as its logarithm.

@@ -116,6 +116,16 @@ fn log(craft: &Craft, trial: &Trial, ocean: &Ocean) -> Log {
     Log::new(rows).expect("a log")
 }
 
+#[test]
+fn what_a_service_refuses_in_a_craft_is_not_identified() {
+    let is_accepted = |quantity, estimate| {
+        Parameter { quantity, estimate, low: 0.0, high: 99.0, identified: true }.is_accepted()
+    };
+    assert!(is_accepted(Quantity::SurgeDelay, 10.0) && !is_accepted(Quantity::SurgeDelay, 42.0));
+    assert!(is_accepted(Quantity::HeadingDelay, 0.0) && !is_accepted(Quantity::HeadingDelay, 10.1));
+    assert!(is_accepted(Quantity::IntegralTime, f64::INFINITY));
+}
+
 /// A craft of small craft's range, and the water that it is tried in.
 fn some_craft(seed: u64) -> (Craft, Ocean) {
     let mut rng = ChaCha8Rng::seed_from_u64(1000 + seed);
