@@ -31,7 +31,7 @@ impl Draw {
             }));
         }
         let serve_by_s = self.of_some(&named, (time, time + 1000.0), (-1.0e11, 1.0e11));
-        Some(Goal::Visit(Visits {
+        let visits = Visits {
             next: self.chance(0.3).then(|| named[0].clone()),
             cost: self.visit_cost(kind),
             within_m: self.chance(0.5).then(|| self.number((5.0, 60.0), (1.0, 5.0e3))),
@@ -41,7 +41,10 @@ impl Draw {
             reduce,
             costs_now,
             ..Visits::new(named)
-        }))
+        };
+        // As if it had been read, which fills in what is left out.
+        let (within_m, dwell_min_s) = (Some(visits.within()), Some(visits.dwell_min()));
+        Some(Goal::Visit(Visits { within_m, dwell_min_s, ..visits }))
     }
 
     fn visit_cost(&mut self, kind: i32) -> VisitCost {
