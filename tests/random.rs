@@ -22,6 +22,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::both;
 
+mod measured;
+
 /// The goals that the planner knows, each with the AUVs of [`observation`](crate::observation).
 pub fn goals() -> [Goal; 5] {
     [
@@ -117,6 +119,9 @@ impl Draw {
             }
         }
         let goal = self.goal(&auvs, time);
+        // A generator of its own: goals that measure change nothing else of a snapshot.
+        let goal = self.clone().measured_goal(&auvs, time).unwrap_or(goal);
+        let localises = matches!(goal, Goal::Localise(_));
         let speed_min = self.number((0.0, 0.3), (0.0, 2.0));
         let limits = Limits {
             speed_min,
@@ -144,6 +149,7 @@ impl Draw {
             self.number((-30.0, 30.0), (-1.0e3, 1.0e3)),
         );
         let offset = match self.rng.random_range(0..6) {
+            _ if localises => None,
             0 => Some(Offset::ned(by)),
             1 => Some(Offset::target(by)),
             _ => None,
@@ -546,7 +552,8 @@ impl Draw {
             drift: Some(drift),
             track: self.track(asc, t_s),
             states: self.states(asc, t_s),
-            ranging: None,
+            // As goals, it changes nothing else.
+            ranging: self.clone().ranging(asc, t_s),
         }
     }
 

@@ -446,7 +446,7 @@ impl<'a> Forward<'a> {
         }));
         let discs = scene.keep_outs.iter();
         let in_a_disc = most(&mut discs.map(|disc| disc.radius_m - (self.position - disc.centre()).norm()));
-        let too_near = self.too_near_a_surfaced_auv(begin, step, share);
+        let too_near = self.too_near_an_auv(begin, step, share);
         let keep_out = in_a_disc.max(too_near).max(self.too_near_a_vessel([begin, begin + step], share));
         [range(true), range(false), area, keep_out]
     }
@@ -491,23 +491,28 @@ impl<'a> Forward<'a> {
         vessels.map(too_near).fold(0.0, f64::max)
     }
 
-    /// Amount by which the craft is too near to an AUV at the surface. Over an interval with the
-    /// AUV down at one end, the distance to keep goes linearly from or to −1 m.
-    fn too_near_a_surfaced_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
+    /// Amount by which the craft is too near to an AUV that it localises, or to one at the surface.
+    /// Where no distance is kept at one end of an interval, it goes linearly from or to −1 m.
+    fn too_near_an_auv(&self, begin: f64, step: f64, share: f64) -> f64 {
         let scene = self.scene;
-        let Some(separation) = scene.surfacing_separation_m else { return 0.0 };
+        let stand_off = match &scene.goal.goal {
+            Goal::Localise(localise) => localise.stand_off_m,
+            _ => 0.0,
+        };
+        let separation = scene.surfacing_separation_m.unwrap_or(0.0);
         let end = begin + step;
-        self.auvs
-            .iter()
-            .map(|forecast| {
-                let kept = |time: f64| {
-                    if forecast.surfaced(time) { separation } else { -1.0 }
-                };
-                let (from, to) = (forecast.at(begin).position, forecast.at(end).position);
-                let apart = (self.position - (from * (1.0 - share) + to * share)).norm();
-                kept(begin) * (1.0 - share) + kept(end) * share - apart
-            })
-            .fold(0.0, f64::max)
+        let auvs = self.auvs.iter().zip(&self.named);
+        auvs.map(|(forecast, named)| {
+            let kept = |time: f64| {
+                let always = if *named { stand_off } else { 0.0 };
+                let most = if forecast.surfaced(time) { always.max(separation) } else { always };
+                if 0.0 < most { most } else { -1.0 }
+            };
+            let (from, to) = (forecast.at(begin).position, forecast.at(end).position);
+            let apart = (self.position - (from * (1.0 - share) + to * share)).norm();
+            kept(begin) * (1.0 - share) + kept(end) * share - apart
+        })
+        .fold(0.0, f64::max)
     }
 
     /// Square of the goal's miss, m²: of the distance, or for a worst range the excess of its
