@@ -10,8 +10,6 @@ use planner::{AuvState, Limits};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::{DURATION, SEPARATION};
-
 /// A kinematic craft: a heading that turns at a limited rate after a lag, and a speed likewise.
 #[derive(Clone, Copy)]
 pub(crate) struct Hull {
@@ -151,44 +149,4 @@ pub(crate) fn hear(drawn: &Drawn, t: usize, rng: &mut ChaCha8Rng, heard: &mut [O
             });
         }
     }
-}
-
-/// `true` if a point of 0.8 of the craft's speed that knows the future has a clear way.
-pub(crate) fn has_a_way(drawn: &Drawn, start: Vector2<f64>) -> bool {
-    const CELL: f64 = 5.0;
-    const HALF: i32 = 120;
-    let step = CELL / (0.8 * drawn.hull.limits.speed_max);
-    let mut reached = std::collections::HashSet::from([(0_i32, 0_i32)]);
-    let mut time = 0.0;
-    while time < DURATION as f64 {
-        time += step;
-        let clear = |cell: &(i32, i32)| {
-            let place = start + Vector2::new(f64::from(cell.0), f64::from(cell.1)) * CELL;
-            let is_clear =
-                |at: f64, ship: &Ship| SEPARATION + 0.5 * ship.length < (place - ship.at(at).0).norm();
-            drawn.ships.iter().all(|ship| is_clear(time, ship) && is_clear(time - 0.5 * step, ship))
-        };
-        let mut next = std::collections::HashSet::new();
-        for (north, east) in &reached {
-            for (a, b) in [(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)] {
-                let cell = (north + a, east + b);
-                if cell.0.abs() <= HALF && cell.1.abs() <= HALF && clear(&cell) {
-                    let _ = next.insert(cell);
-                }
-            }
-        }
-        if next.is_empty() {
-            return false;
-        }
-        // Where no vessel comes any more, all is clear.
-        reached = next;
-        let last = drawn
-            .ships
-            .iter()
-            .map(|ship| (ship.at(time).0 - start).dot(&direction(ship.course)) / ship.speed.max(0.1));
-        if last.fold(f64::INFINITY, f64::min) > 200.0 {
-            break;
-        }
-    }
-    true
 }

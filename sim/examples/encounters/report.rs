@@ -7,7 +7,11 @@ use planner::angle::{direction, wrap};
 use planner::snapshot::{Avoidance, EncounterKind};
 
 use crate::drawn::Drawn;
+use crate::oracle::{Point, Side};
 use crate::{DURATION, SEPARATION};
+
+/// Time that a plan foresees, s.
+const LOOK_AHEAD: f64 = 300.0;
 
 /// What became of an encounter.
 #[derive(Default)]
@@ -19,6 +23,14 @@ pub(crate) struct Outcome {
     pub(crate) kinds: BTreeMap<usize, EncounterKind>,
     /// `true` for each vessel that passed on the side that the rules ask for.
     right_side: BTreeMap<usize, bool>,
+    /// Time, s, and distance, m, of each vessel's first pass on another side.
+    pub(crate) wrong: BTreeMap<usize, (f64, f64)>,
+    /// Time from which each vessel was a risk, s, and each place of the craft, one a second.
+    risk_from: BTreeMap<usize, f64>,
+    pub(crate) places: Vec<Vector2<f64>>,
+    /// Changes of a planned side: time, vessel, side, and the words of both plans.
+    pub(crate) changes: Vec<(f64, usize, f64, String)>,
+    told: String,
     /// Turn of the first manoeuvre, rad, and the time until the closest approach, s.
     first_action: Option<(f64, f64)>,
     /// The present manoeuvre's heading, rad, and end, s, and how many there were.
@@ -27,6 +39,9 @@ pub(crate) struct Outcome {
     /// The side on which the craft means to pass each vessel, and how often one changed.
     sides: BTreeMap<usize, f64>,
     side_changes: usize,
+    /// The same with passes that no plan reaches yet.
+    far_sides: BTreeMap<usize, f64>,
+    far_changes: usize,
     last_near: f64,
     /// Times, s, and distances from the AUV, m.
     pub(crate) misses: Vec<(f64, f64)>,
@@ -35,18 +50,36 @@ pub(crate) struct Outcome {
 
 impl Outcome {
     /// Notes what a plan does about the vessels; `course` is the AUV's, rad.
-    pub(crate) fn observe(&mut self, avoidance: &Avoidance, course: f64) {
+    pub(crate) fn observe(&mut self, avoidance: &Avoidance, now: f64, course: f64) {
         for encounter in &avoidance.encounters {
             let i: usize = encounter.vessel.0[5..].parse().unwrap_or(0);
             self.kinds.entry(i).or_insert(encounter.kind);
+            let _ = self.risk_from.entry(i).or_insert(now);
             // A pass right ahead or astern has no side, and what is past changes none.
             let has_side = 0.5 * encounter.passes_m < encounter.starboard_m.abs() && 0.0 < encounter.tcpa_s;
+            let side = encounter.starboard_m.signum();
             if encounter.acts && has_side {
-                let side = encounter.starboard_m.signum();
+                let before = self.far_sides.insert(i, side);
+                self.far_changes += usize::from(before.is_some_and(|before| before != side));
+            }
+            if encounter.acts && has_side && encounter.tcpa_s < LOOK_AHEAD {
                 let before = self.sides.insert(i, side);
-                self.side_changes += usize::from(before.is_some_and(|before| before != side));
+                if before.is_some_and(|before| before != side) {
+                    self.side_changes += 1;
+                    let words = format!(
+                        "{:?} passes {:.0} starboard {:.0} tcpa {:.0}\n      was {}\n      now {}",
+                        encounter.kind,
+                        encounter.passes_m,
+                        encounter.starboard_m,
+                        encounter.tcpa_s,
+                        self.told,
+                        avoidance.sentence
+                    );
+                    self.changes.push((now, i, -side, words));
+                }
             }
         }
+        self.told = format!("{} {:?}", avoidance.sentence, avoidance.manoeuvre);
         if let Some(manoeuvre) = &avoidance.manoeuvre {
             let until = avoidance.encounters.iter().map(|met| met.tcpa_s).fold(0.0, f64::max);
             let aside = wrap(manoeuvre.heading_rad - course);
@@ -81,6 +114,9 @@ impl Outcome {
                 }
                 _ => continue,
             };
+            if !right {
+                let _ = self.wrong.entry(i).or_insert((time, clearance));
+            }
             self.right_side.entry(i).and_modify(|before| *before &= right).or_insert(right);
         }
     }
@@ -90,6 +126,64 @@ impl Outcome {
     fn miss_after(&self) -> Option<f64> {
         let late = self.misses.iter().filter(|(now, _)| self.last_near + 200.0 < *now);
         (self.last_near + 250.0 < DURATION as f64).then(|| rms(late))
+    }
+}
+
+/// Prints what went wrong in an encounter, and whether it had to, by a search with the true future:
+/// `free` for a way at 0.8 of the speed, `no` for none at all of it.
+pub(crate) fn judge(drawn: &Drawn, seed: u64, outcome: &Outcome) {
+    let most = drawn.hull.limits.speed_max;
+    let ways = |from: f64, sides: &BTreeMap<usize, Side>| {
+        let start = outcome.places[from as usize];
+        let at = |share: f64| Point { start, from, speed: share * most }.has_a_way(drawn, sides);
+        if at(0.8) {
+            "free"
+        } else if at(1.0) {
+            "hard"
+        } else {
+            "no"
+        }
+    };
+    let rules = |sides: &mut BTreeMap<usize, Side>| {
+        for (i, kind) in &outcome.kinds {
+            let side = match kind {
+                EncounterKind::HeadOn => Side::Abeam(1.0),
+                EncounterKind::CrossingGiveWay => Side::Ahead,
+                _ => continue,
+            };
+            let _ = sides.entry(*i).or_insert(side);
+        }
+    };
+    for (i, (time, clearance)) in &outcome.wrong {
+        let (ship, risk) = (&drawn.ships[*i], outcome.risk_from[i]);
+        println!(
+            "{seed} ship-{i} {:?} wrong at {time:.0} s, {clearance:.0} m beyond, speed {:.1}, length {:.0}, risk from {risk:.0} s, {} ships",
+            outcome.kinds[i],
+            ship.speed,
+            ship.length,
+            drawn.ships.len()
+        );
+        let mut sides = BTreeMap::new();
+        rules(&mut sides);
+        let only: BTreeMap<_, _> = [(*i, sides[i])].into();
+        println!(
+            "   way from risk: clear {}, with all sides {}; from 12 s: {}, {}",
+            ways(risk, &only),
+            ways(risk, &sides),
+            ways(12.0, &only),
+            ways(12.0, &sides)
+        );
+    }
+    for (time, i, side, words) in &outcome.changes {
+        let only: BTreeMap<_, _> = [(*i, Side::Abeam(-side))].into();
+        let mut sides = only.clone();
+        rules(&mut sides);
+        println!("{seed} ship-{i} changes side from {side} at {time:.0} s: {words}");
+        println!(
+            "   way on the side before: clear {}, with all sides {}",
+            ways(*time, &only),
+            ways(*time, &sides)
+        );
     }
 }
 
@@ -141,11 +235,12 @@ pub(crate) fn report(outcomes: &[(u64, Outcome)]) {
         println!("{kind:?}: {n} of {} on the right side; wrong {wrong:?}", right.len());
     }
     println!(
-        "manoeuvred in {}; the planned side changed in {} ({}), of {} passes",
+        "manoeuvred in {}; the planned side changed in {} ({}), of {} passes; with those that no plan reaches in {}",
         count(&|outcome| 0 < outcome.manoeuvres),
         count(&|outcome| 0 < outcome.side_changes),
         which(&|outcome| 0 < outcome.side_changes),
         outcomes.iter().map(|(_, outcome)| outcome.sides.len()).sum::<usize>(),
+        count(&|outcome| 0 < outcome.far_changes),
     );
     let each = |value: &dyn Fn(&Outcome) -> Option<f64>| -> Vec<f64> {
         outcomes.iter().filter_map(|(_, outcome)| value(outcome)).collect()
