@@ -77,10 +77,13 @@ impl Draw {
         accepted: (f64, f64),
     ) -> BTreeMap<VehicleId, f64> {
         let any = self.chance(0.5);
-        let drawn = named
-            .iter()
-            .filter_map(|id| (any && self.chance(0.5)).then(|| (id.clone(), self.number(usual, accepted))));
-        drawn.collect()
+        let mut drawn = BTreeMap::new();
+        for id in named {
+            if any && self.chance(0.5) {
+                drawn.insert(id.clone(), self.number(usual, accepted));
+            }
+        }
+        drawn
     }
 
     /// What a client may send as the memory of ranges: it fits no reports.

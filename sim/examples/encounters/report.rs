@@ -134,6 +134,7 @@ impl Outcome {
 pub(crate) fn judge(drawn: &Drawn, seed: u64, outcome: &Outcome) {
     let most = drawn.hull.limits.speed_max;
     let ways = |from: f64, sides: &BTreeMap<usize, Side>| {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole second")]
         let start = outcome.places[from as usize];
         let at = |share: f64| Point { start, from, speed: share * most }.has_a_way(drawn, sides);
         if at(0.8) {

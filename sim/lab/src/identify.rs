@@ -157,7 +157,9 @@ pub fn identify(log: &Log) -> Identification {
     parameters.extend(surge.parameters());
     parameters.extend(power::fit(log, &surge.simulated));
     // What no service accepts describes no craft.
-    parameters.iter_mut().for_each(|found| found.identified &= found.is_accepted());
+    for found in &mut parameters {
+        found.identified &= found.is_accepted();
+    }
     Identification {
         parameters,
         speed_held: surge.speed_held,

@@ -80,6 +80,7 @@ fn default(value: impl Serialize) -> Value {
 }
 
 /// Values that are not in the planner's table of ranges, by the place of their schema.
+#[expect(clippy::too_many_lines, reason = "it is a table")]
 fn members() -> Vec<(&'static str, Value)> {
     // Names have no control characters, Unicode's general category Cc.
     let name = json!({ "minLength": 1, "maxLength": ID_LENGTH_MAX, "pattern": "^[^\\u0000-\\u001f\\u007f-\\u009f]*$" });
