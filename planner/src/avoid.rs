@@ -11,11 +11,12 @@
 //! Here a course ends before the look-ahead does, so that the way back counts.
 //!
 //! `scene` samples the situation, `trial` sails a manoeuvre, `encounter` tells encounters apart,
-//! `choose` selects, and `sentence` describes.
+//! `search` tries manoeuvres, `choose` selects, and `sentence` describes.
 
 pub(crate) mod choose;
 pub(crate) mod encounter;
 pub(crate) mod scene;
+pub(crate) mod search;
 pub(crate) mod sentence;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use crate::avoid::encounter::closest_approach;
+use crate::avoid::encounter::{SPEED_UNDER_WAY, closest_approach};
 use crate::coast::land::Land;
 use crate::craft::model::CraftModel;
 use crate::facts::angle::ned_from_body;
@@ -27,6 +27,8 @@ pub(crate) struct Other {
     pub(crate) kind: Option<EncounterKind>,
     /// The side of its course on which the craft meant to pass, positive to starboard.
     pub(crate) side: Option<f64>,
+    /// The course of the goal, beside which the sides of a vessel at rest are.
+    pub(crate) course: Vector2<f64>,
 }
 
 /// The situation that all trials share.
@@ -58,6 +60,9 @@ impl<'a> Scene<'a> {
             |motion: &Motion| Motion { position: place(motion.position), velocity: turned * motion.velocity };
         let current = turned * snapshot.current();
         let reach = (snapshot.speed_most() + current.norm()) * tuned.look_ahead;
+        let course = motion(&goal.at(0.0)).velocity.try_normalize(SPEED_UNDER_WAY);
+        // The bow's direction would change sides with each turn about the vessel.
+        let course = course.unwrap_or_else(|| Vector2::new(1.0, 0.0));
         let mut others: Vec<_> = VesselForecast::all(snapshot)
             .map(|vessel| vessel.seen_from(motion))
             .filter_map(|forecast| {
@@ -66,7 +71,7 @@ impl<'a> Scene<'a> {
                 let gap = forecast.position.norm() - forecast.radius(0.0) - reach;
                 let comes = forecast.has_plan() || gap < forecast.velocity.norm() * tuned.look_ahead;
                 let first = gap / (forecast.velocity.norm() + snapshot.speed_most());
-                (is_near && comes).then_some((first, Other { forecast, kind: None, side: None }))
+                (is_near && comes).then_some((first, Other { forecast, kind: None, side: None, course }))
             })
             .collect();
         let key = |other: &(f64, Other)| (other.0, other.1.forecast.position);
@@ -103,7 +108,7 @@ impl<'a> Scene<'a> {
     pub(crate) fn course(&self) -> Vector2<f64> {
         let goal = &self.goal[0];
         let wanted = goal.velocity + goal.position * self.tuned.pursuit_rate;
-        if wanted.norm() < super::encounter::SPEED_UNDER_WAY {
+        if wanted.norm() < SPEED_UNDER_WAY {
             return Vector2::new(self.speed_now.max(0.01), 0.0);
         }
         wanted.cap_magnitude(self.craft.limits.speed_max)

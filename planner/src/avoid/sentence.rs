@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::avoid::scene::Scene;
-use crate::avoid::trial::{Outcome, Trial};
+use crate::avoid::trial::{Leg, Outcome};
 use crate::facts::angle::Heading;
 use crate::facts::traffic::EncounterKind;
 use crate::snapshot::build::Snapshot;
@@ -20,7 +20,7 @@ pub(crate) fn sentence(
     scene: &Scene<'_>,
     outcome: &Outcome,
     acts: &[bool],
-    trial: Option<&Trial>,
+    leg: Option<&Leg>,
 ) -> String {
     let met = || (0..acts.len()).filter(|i| scene.others[*i].kind.is_some());
     let Some(first) = met().find(|i| acts[*i]).or_else(|| met().next()) else {
@@ -45,7 +45,7 @@ pub(crate) fn sentence(
         }
         Some(EncounterKind::KeepClear) | None => format!("keeping clear of {name}"),
     };
-    let turn = trial.and_then(|trial| trial.heading).filter(|turn| TOLD < turn.abs());
+    let turn = leg.and_then(|leg| leg.heading).filter(|turn| TOLD < turn.abs());
     let pace = |speed: f64| {
         if speed < SLOW * scene.craft.limits.speed_max {
             format!(" at {speed:.1} m/s")
@@ -53,17 +53,17 @@ pub(crate) fn sentence(
             String::new()
         }
     };
-    let pace = trial.map(|trial| pace(trial.speed)).unwrap_or_default();
-    let action = match (turn, trial) {
+    let pace = leg.map(|leg| pace(leg.speed)).unwrap_or_default();
+    let action = match (turn, leg) {
         (Some(turn), _) => {
             let side = if turn < 0.0 { "port" } else { "starboard" };
             format!(": turns {:.0}° to {side}{pace}", turn.abs().to_degrees())
         }
-        (None, Some(trial)) if trial.heading.is_none() => {
-            format!(": slows down to {:.1} m/s", trial.speed)
+        (None, Some(leg)) if leg.heading.is_none() => {
+            format!(": slows down to {:.1} m/s", leg.speed)
         }
-        (None, Some(trial)) => {
-            let heading = snapshot.asc.heading().radians() + trial.heading.unwrap_or(0.0);
+        (None, Some(leg)) => {
+            let heading = snapshot.asc.heading().radians() + leg.heading.unwrap_or(0.0);
             format!(": holds {:03.0}°{pace}", Heading::new(heading).compass_degrees().round() % 360.0)
         }
         (None, None) => String::new(),

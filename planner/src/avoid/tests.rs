@@ -97,6 +97,31 @@ fn a_craft_stands_on_until_the_others_inaction_makes_it_act() {
 }
 
 #[test]
+fn one_head_on_is_left_to_port_though_another_one_has_to_be_avoided_before() {
+    // A minute into a drawn encounter in which no single turn keeps clear of all on the right sides.
+    let ship = |id: &str, place, [north, east]: [f64; 2], length: f64| {
+        let course = f64::atan2(east, north);
+        let known = vessel(id, place, course, north.hypot(east));
+        Vessel { length_m: Some(length), ..known }
+    };
+    let traffic = vec![
+        ship("fast", [1738.6, -45.0], [-9.51, 0.3], 51.0),
+        ship("head-on", [-413.7, 116.1], [2.24, -0.56], 12.6),
+        ship("beside", [128.7, -544.5], [-1.18, 1.825], 29.0),
+        ship("at-rest", [-244.7, 96.4], [0.0, 0.0], 7.6),
+        ship("from-astern", [-686.4, 1408.2], [6.46, -13.1], 53.0),
+    ];
+    let [north, east] = [-0.475, 0.242];
+    let (place, course, speed) = (Vector2::new(-28.6, 14.7), f64::atan2(east, north), 0.533);
+    let asc = Asc::new(place, Heading::new(course), speed);
+    let auv = Auv::new("auv", moving(place.x, place.y, 10.0, course, speed));
+    let avoidance = answer(PlanRequest { asc, auvs: vec![auv], ..request(traffic) }).avoidance.expect("near");
+    let head_on = avoidance.encounters.iter().find(|met| met.vessel.0 == "head-on").expect("is met");
+    assert!(head_on.kind == EncounterKind::HeadOn && head_on.starboard_m < 0.0, "{avoidance:?}");
+    assert!(avoidance.encounters.iter().all(|met| met.separation_m <= met.passes_m), "{avoidance:?}");
+}
+
+#[test]
 fn names_order_and_north_change_nothing() {
     let ships = || vec![vessel("a", [900.0, 30.0], PI, 6.0), vessel("b", [200.0, 800.0], -PI / 2.0, 5.0)];
     let before = answer(request(ships()));

@@ -17,13 +17,20 @@ const AHEAD: f64 = 120.0;
 /// Time in a vessel's circle that doubles the price of the depth, s.
 const DEPTH_TIME: f64 = 30.0;
 
-/// A heading, from the bow, and a largest speed that are held until a time, s; then the craft goes
-/// for its goal. Without a heading it does so at once, at that speed.
+/// A heading, from the bow, and a largest speed that are held until a time, s. Without a heading the
+/// craft goes for its goal at that speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Trial {
+pub(crate) struct Leg {
     pub(crate) heading: Option<f64>,
     pub(crate) speed: f64,
     pub(crate) until: f64,
+}
+
+/// A leg, and another one if the first does not keep clear of all; then the craft goes for its goal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trial {
+    pub(crate) leg: Leg,
+    pub(crate) then: Option<Leg>,
     /// Share of the uncertainty of vessels by which they are passed farther off: all of it by a new
     /// manoeuvre, less by the present one, so that noise does not end it.
     pub(crate) doubt: f64,
@@ -48,8 +55,9 @@ pub(crate) struct Passing {
 /// Outcome of a trial.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
-    /// Cost, m of distance from the goal.
+    /// Cost, m of distance from the goal, and the part of it that is no distance from the goal.
     pub(crate) cost: f64,
+    pub(crate) faults: f64,
     pub(crate) passings: SmallVec<[Passing; 16]>,
 }
 
@@ -80,7 +88,9 @@ impl Scene<'_> {
             }
             deepest = deepest.max(depth);
             depths += depth.max(0.0) * dt / DEPTH_TIME;
-            if least <= tracking / STEPS as f64 + tuned.depth_price * (deepest + depths) {
+            let wrong = passings.iter().filter(|passing| passing.is_wrong_side).count();
+            let faults = tuned.depth_price * (deepest + depths) + tuned.side_price * wrong as f64;
+            if least <= tracking / STEPS as f64 + faults {
                 return None;
             }
         }
@@ -91,8 +101,9 @@ impl Scene<'_> {
             wrong + if changes { tuned.other_side_price } else { 0.0 }
         };
         let sides: f64 = self.others.iter().zip(&passings).map(price).sum();
-        let cost = tracking / STEPS as f64 + tuned.depth_price * (between + depths) + sides;
-        (cost < least).then_some(Outcome { cost, passings })
+        let faults = tuned.depth_price * (between + depths) + sides;
+        let cost = tracking / STEPS as f64 + faults;
+        (cost < least).then_some(Outcome { cost, faults, passings })
     }
 
     fn step(
@@ -104,11 +115,12 @@ impl Scene<'_> {
         speed: &mut f64,
     ) {
         let (dt, limits) = (self.dt(), &self.craft.limits);
-        let holds = dt * (k as f64) < trial.until;
-        let most = if holds { trial.speed } else { limits.speed_max };
-        let wanted = match trial.heading {
-            Some(heading) if holds => Vector2::new(heading.cos(), heading.sin()) * most,
-            _ => {
+        let holds = |leg: &&Leg| dt * (k as f64) < leg.until;
+        let leg = [Some(&trial.leg), trial.then.as_ref()].into_iter().flatten().find(holds);
+        let most = leg.map_or(limits.speed_max, |leg| leg.speed);
+        let wanted = match leg.and_then(|leg| leg.heading) {
+            Some(heading) => Vector2::new(heading.cos(), heading.sin()) * most,
+            None => {
                 let goal = &self.goal[k];
                 let off = goal.position - *position;
                 // Over long steps no faster than one closes the distance.
@@ -187,12 +199,11 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time` beside the vessel's course of the time `of`, m; else in the scene's axes.
+    /// `craft` at `time` beside the vessel's course of the time `of`, m; beside one at rest, along the
+    /// goal's course.
     fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
-        match self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY) {
-            Some(along) => Vector2::new(there.dot(&along), there.dot(&starboard_of(along))),
-            None => there,
-        }
+        let along = self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY).unwrap_or(self.course);
+        Vector2::new(there.dot(&along), there.dot(&starboard_of(along)))
     }
 }
