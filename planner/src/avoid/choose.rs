@@ -96,7 +96,8 @@ impl Avoider<'_> {
         let heading = snapshot.asc.heading().radians();
         let kept = present.map(|present| Leg {
             heading: Some(wrap(present.heading_rad - heading)),
-            speed: present.speed_mps,
+            // The limits may be others by now.
+            speed: present.speed_mps.clamp(self.craft.limits.speed_min, self.craft.limits.speed_max),
             until: present.until_s - snapshot.t_s,
         });
         let kept = kept.filter(|kept| 0.0 < kept.until);

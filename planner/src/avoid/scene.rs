@@ -70,7 +70,8 @@ impl<'a> Scene<'a> {
                 let is_near = forecast.has_plan() || distance - forecast.radius(tuned.look_ahead) < reach;
                 let gap = forecast.position.norm() - forecast.radius(0.0) - reach;
                 let comes = forecast.has_plan() || gap < forecast.velocity.norm() * tuned.look_ahead;
-                let first = gap / (forecast.velocity.norm() + snapshot.speed_most());
+                // The earliest time at which it could be too near.
+                let first = (gap + reach) / (forecast.velocity.norm() + snapshot.speed_most());
                 (is_near && comes).then_some((first, Other { forecast, kind: None, side: None, course }))
             })
             .collect();
