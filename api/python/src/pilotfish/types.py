@@ -1073,7 +1073,7 @@ Method: TypeAlias = Literal[
 class Mission(TypedDict):
     """A mission."""
 
-    # Controller of a simulated mission. None: a live mission, or one of before 0.3.0.
+    # Controller of a simulated mission. None: a live mission, or one that 0.2.0 created.
     controller: NotRequired[Controller | None]
     # Unix time of its creation, s.
     created_s: float
@@ -1482,7 +1482,7 @@ class Planned(TypedDict):
     outcome: Outcome
     # Other craft of the service that the plan saw.
     own_craft: NotRequired[OwnCraft]
-    # The plan's prediction. Versions before 0.3 stored none.
+    # The plan's prediction; events that 0.2.0 stored have none.
     prediction: NotRequired[Prediction | None]
     # The reason of the outcome `degraded`.
     reason: NotRequired[str | None]
