@@ -87,11 +87,11 @@ impl Log {
                 return Err(InvalidLog(format!("row {row}: {given} s follows {before} s; {must}")));
             }
         }
+        reject_degrees(&rows)?;
         let whole = duration(&rows);
         let parts = rows.chunk_by(|one, next| next.time - one.time <= INTERVAL_MAX);
         let longest = parts.max_by(|a, b| duration(a).total_cmp(&duration(b)));
         let mut rows = longest.map_or_else(Vec::new, <[LogRow]>::to_vec);
-        reject_degrees(&rows)?;
         let given = duration(&rows);
         if given < DURATION_MIN {
             return Err(InvalidLog(format!(
