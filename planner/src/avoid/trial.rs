@@ -118,14 +118,13 @@ impl Scene<'_> {
         let holds = |leg: &&Leg| dt * (k as f64) < leg.until;
         let leg = [Some(&trial.leg), trial.then.as_ref()].into_iter().flatten().find(holds);
         let most = leg.map_or(limits.speed_max, |leg| leg.speed);
-        let wanted = match leg.and_then(|leg| leg.heading) {
-            Some(heading) => Vector2::new(heading.cos(), heading.sin()) * most,
-            None => {
-                let goal = &self.goal[k];
-                let off = goal.position - *position;
-                // Over long steps no faster than one closes the distance.
-                goal.velocity + off * self.tuned.pursuit_rate.min(0.5 / dt) - self.current
-            }
+        let wanted = if let Some(heading) = leg.and_then(|leg| leg.heading) {
+            Vector2::new(heading.cos(), heading.sin()) * most
+        } else {
+            let goal = &self.goal[k];
+            let off = goal.position - *position;
+            // Over long steps no faster than one closes the distance.
+            goal.velocity + off * self.tuned.pursuit_rate.min(0.5 / dt) - self.current
         };
         let turn = wrap(bow.perp(&wanted).atan2(bow.dot(&wanted)));
         let turn_most = limits.turn_rate_max * dt;
