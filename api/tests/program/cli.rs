@@ -426,7 +426,7 @@ fn an_invalid_log_is_refused_with_the_reason() {
         no_speed,
         ("c.csv", &rows("0,1,0,north,1\n"), no_number),
         ("d.csv", &rows("0,1,0,0,1\n1,1,0,0,1\n"), "lasts 1 s"),
-        ("e.csv", &rows("0,1,0,0,1\n9,1,0,0,1\n"), "row 1: 9 s follows 0 s"),
+        ("e.csv", &rows("0,1,0,0,1\n9,1,0,0,1\n"), "it must last at least 60 s"),
         ("f.parquet", "PAR0", "not Apache Parquet"),
     ] {
         let output = run(&["identify", &written(&folder, name, text)]);
