@@ -134,6 +134,7 @@ export class Fleet {
       ages.said = ageOf(said.t_s, 0);
       craft.steering = { state: said.state, why: said.why ?? "", age_s: ages.said.age };
     }
+    craft.battery = event.heard?.asc?.at(-1)?.battery ?? craft.battery;
   }
 
   /** An answer that was asked for at `asked`: what was heard since stays. @param {MissionJson} answer @param {MissionJson} known @param {number} asked */
@@ -181,10 +182,10 @@ export class Fleet {
     const rows = runs.filter(({ name }) => !isNow || !current.length || current.some(({ id }) => id === name)).map(({ name, colour, recording: its }) => {
       const { plans, goal, craft } = its, i = plans.indexAt(t), plan = (/** @type {string} */ of) => (i < 0 ? NaN : plans.column(of)[i]), age = now - craft.at("t", now);
       const isPlanned = !this.behind(t, its) && now - plans.at("t", t) <= PLAN_HELD_S;
-      const { words, why, tone } = this.stateAt(name), auvs = this.servedBy(name), distance = goal.at("distance", t);
+      const { words, why, tone } = this.stateAt(name), auvs = this.servedBy(name), battery = isNow ? current.find(({ id }) => id === name)?.battery : undefined, distance = goal.at("distance", t);
       const values = [isPlanned ? `${number(plan("speed"), 1, "m/s")}${plan("speed") > 0 ? `, ${bearing(plan("heading"))}` : ""}` : "–", isPlanned && auvs.length ? number(distance, 0, "m") : "–", Number.isFinite(age) ? `${ageWords(Math.max(age, 0))} ago` : "–"];
       return el("tbody", {}, el("tr", {}, el("th", { scope: "rowgroup", colSpan: head.length }, swatch(colour), named(name), " ", el("span", { class: `chip ${tone}` }, words), why && el("span", { class: "why" }, " ", named(why)))),
-        el("tr", {}, el("td", { colSpan: head.length }, auvs.length ? ["serves ", named(auvs.join(", "))] : "serves nobody")), el("tr", { class: "values" }, values.map((text) => el("td", {}, text))));
+        el("tr", {}, el("td", { colSpan: head.length }, auvs.length ? ["serves ", named(auvs.join(", "))] : "serves nobody", battery !== undefined && ` · battery ${Math.round(100 * battery)}\u00a0%`)), el("tr", { class: "values" }, values.map((text) => el("td", {}, text))));
     });
     const unserved = recording.assignedAt(t)?.unserved.join(", ");
     const left = unserved && el("tbody", {}, el("tr", {}, el("td", { colSpan: head.length }, el("span", { class: "chip bad" }, "nobody serves"), " ", named(unserved))));

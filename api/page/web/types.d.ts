@@ -44,7 +44,7 @@ export type Steering = { state: string, why: string, age_s: number };
 export type Assigned = { t_s: number, craft: Map<string, string[]>, away: Map<string, string>, unserved: string[] };
 
 /** A craft of a fleet. */
-export type CraftJson = { id: string, auvs: string[], away?: string, plan?: PlanSummary, steering?: Steering };
+export type CraftJson = { id: string, auvs: string[], away?: string, plan?: PlanSummary, steering?: Steering, battery?: number };
 
 /** What the last plan of a mission amounts to. */
 export type PlanSummary = { outcome: string, reason?: string, method: string, age_s: number, period_s: number, waits_for: string[], warnings: string[], warning_codes?: string[] };
