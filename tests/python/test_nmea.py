@@ -105,7 +105,7 @@ class Sentences:
         return [f"{lat:02}{lat_min}", self.choice("N", "S"), f"{lon:03}{lon_min}", self.choice("E", "W")]
 
     def time(self):
-        at = RECEIVED + timedelta(seconds=self.random.uniform(-4.9, 4.9))
+        at = RECEIVED + timedelta(seconds=self.random.uniform(-0.45, 1.45))
         decimals = self.random.integers(0, 4)
         fraction = f"{at.microsecond / 1e6:.6f}"[1 : 2 + decimals] if decimals else ""
         return at.strftime("%H%M%S") + fraction

@@ -363,7 +363,7 @@ impl Bridge {
             && now - state.t_s <= REPORT_AGE_MAX_S
         {
             self.reported_s = state.t_s;
-            mission.report_craft(state, self.telemetry.battery, self.decision.is_steering());
+            mission.report_craft(state, self.telemetry.battery(now), self.decision.is_steering());
         }
         let control = self.autopilot.control(now);
         let decision = &mut self.decision;

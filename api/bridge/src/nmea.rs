@@ -34,7 +34,7 @@ use crate::{Measurement, Parsed, Rejects, reject_if};
 /// decimals slightly exceed that.
 const LINE_MAX: usize = 128;
 /// Greatest difference of a receiver's clock, s: a fix comes a second after its time. Beyond that
-/// its time counts for nothing: with headings that are dated by their arrival it made no state.
+/// it is dated by its arrival, as headings are: a state of the craft needs both within 2 s.
 const CLOCK_DIFFERENCE_MAX_S: f64 = 1.5;
 /// Sentences with a time of day that are remembered: those of one second, of a few receivers.
 const TIMED_MAX: usize = 16;

@@ -34,7 +34,7 @@ const REASONS = {
 export const AWAY = {
   silent: { words: "silent", why: "no report for 10 s", tone: "bad", alarm: true },
   not_steering: { words: "not steering", why: "", tone: "bad", alarm: true },
-  battery_low: { words: "battery low", why: "less than its least share is left", tone: "bad", alarm: true },
+  battery_low: { words: "battery low", why: "it has less energy left than its least share", tone: "bad", alarm: true },
   does_not_follow: { words: CRAFT_ALARMS.craft_does_not_follow, why: "", tone: "bad", alarm: true },
   person: { words: "a person has the craft", why: "", tone: "warn", alarm: false },
   returning: { words: "returning", why: "serves again once it has been well for long enough", tone: "warn", alarm: false },

@@ -38,7 +38,7 @@ class Console:
         """A goal as the service has it, JSON, such as `{"kind": "visit", "auvs": ["red", "black"]}`."""
         try:
             goal = json.loads(message.data, parse_constant=_refuse)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             self._log.error(f"the goal is no JSON: {error}")
             return
         self._link.order(f"goal {message.data[:200]}", lambda mission: mission.change(goal=goal))

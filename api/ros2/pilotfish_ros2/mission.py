@@ -202,7 +202,7 @@ class MissionLink:
                 else:
                     self.status = answer["status"]
                     # A mission that does not run makes no plans, and its last one is not followed.
-                    # Nor is one that is older than another, such as of a service that lost the mission.
+                    # A plan older than the last one is not taken, as from a service that lost the mission.
                     if self.status != "running":
                         self.plan = None
                     elif after <= answer["sequence"]:

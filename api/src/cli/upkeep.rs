@@ -38,7 +38,7 @@ pub(crate) fn retain(arguments: &Retain, config: &Config) -> Result<(), Box<dyn 
         runtime.block_on(store.believe_clock())?;
     }
     let ahead_s = store.clock().clock_ahead_s();
-    if NOTABLE < ahead_s.abs() {
+    if NOTABLE < ahead_s.abs() && !arguments.trust_clock {
         eprintln!(
             "pilotfish: this machine's clock is {:.1} days ahead of the time that the log has seen pass, by which missions are \
              old; if the clock is right, add --trust-clock",

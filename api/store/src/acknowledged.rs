@@ -14,7 +14,6 @@
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read as _};
-use std::mem;
 use std::os::unix::fs::{FileExt as _, OpenOptionsExt as _};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -58,7 +57,7 @@ pub(super) struct Acknowledged {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Entry {
     at_s: f64,
-    pub(super) number: i64,
+    number: i64,
     mission: String,
     sequence: i64,
     digest: String,
@@ -165,20 +164,13 @@ impl Acknowledged {
         Ok((list, entries))
     }
 
-    /// Writes `entries`, and leaves those that cannot be written, with the first reason.
-    pub(super) fn add(&mut self, entries: &mut Vec<Entry>) -> io::Result<()> {
-        let mut failed = Ok(());
-        entries.retain(|entry| {
+    pub(super) fn add(&mut self, entries: &[Entry]) -> io::Result<()> {
+        for entry in entries {
             let place = entry.number.unsigned_abs() * LINE as u64;
-            let written = self.file.write_all_at(entry.line().as_bytes(), place);
-            if written.is_ok() {
-                self.sync_at.get_or_insert_with(|| self.clock.now() + SYNC);
-            }
-            let is_left = written.is_err();
-            failed = mem::replace(&mut failed, Ok(())).and(written);
-            is_left
-        });
-        failed
+            self.file.write_all_at(entry.line().as_bytes(), place)?;
+            self.sync_at.get_or_insert_with(|| self.clock.now() + SYNC);
+        }
+        Ok(())
     }
 
     /// Time until the next sync; none without unsynced lines.

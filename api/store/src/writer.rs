@@ -137,15 +137,12 @@ impl Writer {
 
     /// Makes sure that commits stay; after `Ok` they may be acknowledged.
     fn confirm(&mut self, committed: Vec<Entry>) -> Result<(), StoreError> {
-        let numbers: Vec<i64> = committed.iter().map(|entry| entry.number).collect();
         self.unlisted.extend(committed);
         self.files.check()?;
-        let listed = self.acknowledged.add(&mut self.unlisted);
-        // A line of another mission, on a full disk, holds up that one alone.
-        let is_listed = self.unlisted.iter().all(|entry| !numbers.contains(&entry.number));
-        listed
-            .or_else(|error| if is_listed { Ok(()) } else { Err(error) })
-            .map_err(|error| StoreError::Unconfirmed(error.to_string()))
+        let listed = self.acknowledged.add(&self.unlisted);
+        listed.map_err(|error| StoreError::Unconfirmed(error.to_string()))?;
+        self.unlisted.clear();
+        Ok(())
     }
 
     /// Wait for commands before the next removal; none if nothing is left to remove.

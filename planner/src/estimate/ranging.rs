@@ -201,6 +201,9 @@ fn split(cloud: &Cloud, tuned: &EstimateNumbers) -> Option<(Vector2<f64>, f64)> 
     (is_apart && PROBABILITY_MIN <= share.min(1.0 - share)).then(|| (axis, mean.xy().dot(&axis) + at))
 }
 
+/// Least spread of the places from which a track with two sides was ranged, m (RMS).
+const SIDES_TRACK: f64 = 5.0;
+
 /// The direction across the craft's track, and where the track lies along it, if wide positions are
 /// on both sides. Ranges beside a straight track leave mirror images, which may be longer along the
 /// track than they are apart: then they do not fall apart, and their mean is at neither.
@@ -210,12 +213,15 @@ fn sides(cloud: &Cloud, reports: &[(usize, Report)], tuned: &EstimateNumbers) ->
     let mean = from.iter().sum::<Vector2<f64>>() / from.len().max(1) as f64;
     let scatter: Matrix2<f64> = from.iter().map(|at| (at - mean) * (at - mean).transpose()).sum();
     let axis = starboard_of(longest(&scatter));
+    let (across, n) = (axis.dot(&(scatter * axis)), from.len() as f64);
+    // A craft at rest or on a circle has no sides.
+    let is_straight = SIDES_TRACK.powi(2) * n < scatter.trace() && 3.0 * across < scatter.trace();
     let at = mean.dot(&axis);
     let beyond = cloud.particles.iter().filter(|of| at < of.position.dot(&axis));
     let share: f64 = beyond.map(|of| of.weight).sum();
     let (_, covariance) = cloud.moments();
     let is_wide = tuned.sides_from.powi(2) <= covariance.m11 + covariance.m22;
-    (is_wide && PROBABILITY_MIN <= share.min(1.0 - share)).then_some((axis, at))
+    (is_straight && is_wide && PROBABILITY_MIN <= share.min(1.0 - share)).then_some((axis, at))
 }
 
 /// The direction of the largest variance.

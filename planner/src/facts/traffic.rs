@@ -238,15 +238,13 @@ pub struct Avoidance {
     /// `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vessels: Vec<PastVessel>,
-    /// The same in one sentence; empty for a craft that holds.
+    /// What it does about them, in one sentence; empty for a craft that holds.
     pub sentence: String,
 }
 
 impl Avoidance {
-    /// It for a craft that holds, and so makes no manoeuvre.
+    /// It for a craft that holds: it makes no manoeuvre, and passes nobody as was foreseen.
     pub(crate) fn held(&self) -> Self {
-        let mut held = Self { manoeuvre: None, sentence: String::new(), ..self.clone() };
-        held.encounters.iter_mut().for_each(|met| met.acts = false);
-        held
+        Self { encounters: vec![], manoeuvre: None, sentence: String::new(), ..self.clone() }
     }
 }

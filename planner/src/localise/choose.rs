@@ -174,7 +174,12 @@ impl Scene {
             LocalisedVehicle {
                 auv: snapshot.auvs[member.auv].id.clone(),
                 sigma_now_m: member.is_known.then_some(sigma_now),
-                over_time: std::iter::once([0.0, sigma_now, sigma_now]).chain(later).collect(),
+                over_time: member
+                    .is_known
+                    .then_some([0.0, sigma_now, sigma_now])
+                    .into_iter()
+                    .chain(later)
+                    .collect(),
                 sigma_m: outcome.variances[i].max(0.0).sqrt(),
                 sigma_above_m: above.variances[i].max(0.0).sqrt(),
             }

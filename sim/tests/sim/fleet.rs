@@ -109,8 +109,8 @@ fn each_craft_keeps_clear_of_vessels_that_it_hears_and_the_nearest_pass_of_any_c
     let fleet = FleetMetrics::of(&record).expect("has several");
     let each = fleet.craft.values().filter_map(|craft| craft.traffic.map(|of| of.least_m));
     assert_eq!((each.clone().count(), each.reduce(f64::min)), (2, Some(traffic.least_m)));
-    let moves = |row: &Row| row.craft().all(|craft| craft.manoeuvre.is_none());
-    assert!(!record.rows.iter().all(moves), "some have to dodge");
+    let goes_straight = |row: &Row| row.craft().all(|craft| craft.manoeuvre.is_none());
+    assert!(!record.rows.iter().all(goes_straight), "some have to dodge");
 }
 
 #[test]

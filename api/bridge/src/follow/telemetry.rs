@@ -17,6 +17,8 @@ use crate::wire::Received;
 use crate::{Alarm, AuvFix, CraftState, MeasuredState, Measurement, Origin, Rejects, Source};
 
 pub(super) const AUTOPILOT_WIRE: usize = 0;
+/// Age of the battery's charge up to which it counts, s: autopilots tell it each second or two.
+const BATTERY_AGE_MAX_S: f64 = 60.0;
 /// Most AUVs that are followed, four times those of a mission: more names are noise.
 const AUVS_KNOWN_MAX: usize = 64;
 /// Standard deviation of a reported depth, m: the gauge is better, but the message is seconds old.
@@ -46,8 +48,8 @@ pub(crate) struct Telemetry {
     poses: PoseHistory,
     /// Roll and pitch, rad.
     tilt: [f64; 2],
-    /// Share of the craft's energy that is left.
-    pub(super) battery: Option<f64>,
+    /// Time, s, and share of the craft's energy that was left then.
+    battery: Option<(f64, f64)>,
     settling: Settling,
 }
 
@@ -85,6 +87,11 @@ impl Telemetry {
     /// The craft's state, if its autopilot knows the position.
     pub(super) fn state(&self) -> Option<MeasuredState> {
         self.craft.newest().filter(|_| self.position_known != Some(false))
+    }
+
+    /// Share of the craft's energy that is left at `now`, s, if it is known.
+    pub(super) fn battery(&self, now: f64) -> Option<f64> {
+        self.battery.filter(|(then, _)| now - then <= BATTERY_AGE_MAX_S).map(|(_, left)| left)
     }
 
     /// The other vessels near the craft at `now`, s, with their distances, m, nearest first.
@@ -154,7 +161,7 @@ impl Telemetry {
             AutopilotEvent::PositionKnown(known) => self.position_known = Some(known),
             AutopilotEvent::Time(autopilot_s) => self.note_clock(autopilot_s - unix_s, log),
             AutopilotEvent::Attitude { roll, pitch } => self.tilt = [roll, pitch],
-            AutopilotEvent::Battery(left) => self.battery = Some(left),
+            AutopilotEvent::Battery(left) => self.battery = Some((t_s, left)),
         }
     }
 

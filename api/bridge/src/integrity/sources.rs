@@ -66,7 +66,7 @@ impl<T: Copy> Sources<T> {
         }
         let before = self.streams.get(&source).filter(|stream| speaks(stream));
         let since_s = before.map_or(t_s, |stream| stream.since_s);
-        let was_apart = before.and_then(|stream| stream.apart);
+        let was_apart = self.streams.get(&source).and_then(|stream| stream.apart);
         let newest = Stream { since_s, last_s: t_s, value, apart: None };
         self.streams.insert(source, newest);
         let used = self
@@ -79,7 +79,7 @@ impl<T: Copy> Sources<T> {
         };
         self.used = Some(used);
         if used == source {
-            // Those that fell silent.
+            // A source that fell silent contradicts nothing.
             for other in self.streams.values_mut() {
                 other.apart = other.apart.filter(|(_, until_s)| t_s - until_s <= DIFFER_S);
             }

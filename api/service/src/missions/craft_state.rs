@@ -51,9 +51,9 @@ pub(super) struct CraftState {
     /// The last report of whether it is steered. No plan of a mission with one craft depends on it.
     #[serde(default)]
     pub(super) steering: Option<Steering>,
-    /// Share of its energy that is left, as last reported.
+    /// Share of its energy that is left, after the time of the newest report of it, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) battery: Option<f64>,
+    battery: Option<(f64, f64)>,
     pub(super) previous_plan: Option<PreviousPlan>,
     /// In a fleet, `true` if it does not follow by its last plan.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -77,9 +77,9 @@ pub(super) struct Absence {
     until_s: f64,
     /// Time for which it has to be well, s.
     rest_s: f64,
-    /// `true` if too little energy was the reason.
+    /// `true` if too little energy was a reason.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    is_empty: bool,
+    was_low: bool,
 }
 
 /// A craft of a fleet, for clients.
@@ -115,6 +115,7 @@ impl CraftState {
         self.craft_track.retain(|[then, ..]| !is_ahead(*then, now));
         self.handed_back.take_if(|then| is_ahead(*then, now));
         self.steering.take_if(|said| is_ahead(said.t_s, now));
+        self.battery.take_if(|(then, _)| is_ahead(*then, now));
     }
 
     /// Takes its newest state and state of steering.
@@ -130,8 +131,7 @@ impl CraftState {
             self.asc = Some(newest.clone());
         }
         let batteries = heard.asc.iter().filter_map(|asc| Some((asc.t_s, asc.battery?)));
-        let battery = batteries.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, share)| share);
-        self.battery = battery.or(self.battery);
+        self.battery = self.battery.into_iter().chain(batteries).max_by(|a, b| a.0.total_cmp(&b.0));
         let said = self.steering.iter().chain(&heard.steering);
         self.steering = said.max_by(|a, b| a.t_s.total_cmp(&b.t_s)).cloned();
     }
@@ -186,6 +186,11 @@ impl CraftState {
         self.asc.as_ref().map(|asc| over_ground(&asc.state, plan))
     }
 
+    /// Share of its energy that is left, if it was ever reported.
+    pub(super) fn battery(&self) -> Option<f64> {
+        self.battery.map(|(_, share)| share)
+    }
+
     /// Time of its last plan, s.
     pub(super) fn planned_at(&self) -> Option<f64> {
         Some(self.previous_plan.as_ref()?.trajectory.first()?.t_s)
@@ -221,8 +226,9 @@ impl CraftState {
         // A clock that was set back makes no absence longer.
         let before = self.absence.filter(|before| before.until_s <= now + before.rest_s);
         let rests = before.is_some_and(|before| now < before.until_s);
-        let was_empty = rests && before.is_some_and(|before| before.is_empty);
-        let needed = battery_min.unwrap_or(BATTERY_MIN) + if was_empty { BATTERY_RECOVERS } else { 0.0 };
+        let was_low = rests && before.is_some_and(|before| before.was_low);
+        let needed = battery_min.unwrap_or(BATTERY_MIN) + if was_low { BATTERY_RECOVERS } else { 0.0 };
+        let needed = needed.min(1.0);
         let Some(why) = self.unable(now, needed) else {
             return (rests.then_some(Away::Returning), before);
         };
@@ -235,8 +241,8 @@ impl CraftState {
             Some(before) if now < before.until_s + STEADY => (2.0 * before.rest_s).min(REST_MAX),
             _ => REST,
         };
-        let is_empty = why == Away::BatteryLow;
-        (Some(why), Some(Absence { until_s: now + rest_s, rest_s, is_empty }))
+        let was_low = was_low || why == Away::BatteryLow;
+        (Some(why), Some(Absence { until_s: now + rest_s, rest_s, was_low }))
     }
 
     fn unable(&self, now: f64, battery_min: f64) -> Option<Away> {
@@ -249,7 +255,7 @@ impl CraftState {
             Some(SteeringState::NotSteering) => Some(Away::NotSteering),
             Some(SteeringState::Waiting) => Some(Away::Waiting),
             None if self.asc.as_ref().is_some_and(|asc| !asc.steered) => Some(Away::Waiting),
-            _ if self.battery.is_some_and(|battery| battery < battery_min) => Some(Away::BatteryLow),
+            _ if self.battery().is_some_and(|share| share < battery_min) => Some(Away::BatteryLow),
             _ => self.strays.then_some(Away::DoesNotFollow),
         }
     }

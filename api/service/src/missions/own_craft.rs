@@ -212,7 +212,7 @@ impl Berth {
             let was = before.echoes.contains(&vessel.id);
             // A small boat beside a craft of the same fleet is another one, unless it has its name.
             seen.iter().any(|(.., is_own, craft)| match is_own {
-                true => has_name_of(vessel, craft, now),
+                true => has_name_of(vessel, craft, was, now),
                 false => is_echo(vessel, craft, was, now),
             })
         });
@@ -287,7 +287,7 @@ fn is_echo(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
     let (distance, difference) = ECHO[usize::from(was)];
     let is_near = (place - there).norm() < distance && (velocity - their_velocity).norm() < difference;
     let is_small = vessel.length_m.is_none_or(|length| length <= ECHO_LENGTH);
-    let is_named = has_name_of(vessel, craft, now);
+    let is_named = has_name_of(vessel, craft, was, now);
     // What AIS says of a craft that is silent is newer than what its mission knows.
     let is_heard = now - craft.t_s.unwrap_or(now) <= HEARD;
     vessel.id == craft.id || is_heard && (is_named || is_near && is_small)
@@ -299,10 +299,11 @@ fn at(vessel: &Vessel, now: f64) -> (Vector2<f64>, Vector2<f64>) {
     (vessel.position() + velocity * (now - vessel.t_s.unwrap_or(now)), velocity)
 }
 
-/// `true` if `vessel` has the name of `craft`, and is near it.
-fn has_name_of(vessel: &Vessel, craft: &Vessel, now: f64) -> bool {
+/// `true` if `vessel` has the name of `craft`, and is near it, or `was` an echo of it before: an old
+/// position of it is far off by now.
+fn has_name_of(vessel: &Vessel, craft: &Vessel, was: bool, now: f64) -> bool {
     let name = |of: &Vessel| of.name.as_ref().map(|name| name.to_lowercase());
-    let is_near = (at(vessel, now).0 - at(craft, now).0).norm() < NAMED_WITHIN;
+    let is_near = was || (at(vessel, now).0 - at(craft, now).0).norm() < NAMED_WITHIN;
     is_near && name(vessel).is_some_and(|name_of| !name_of.is_empty() && Some(name_of) == name(craft))
 }
 

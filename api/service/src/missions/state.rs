@@ -345,7 +345,7 @@ impl MissionState {
                 auvs: served(id),
                 away: away.get(id).copied(),
                 steering: craft.steering.clone(),
-                battery: craft.battery,
+                battery: craft.battery(),
             })
             .collect()
     }

@@ -47,6 +47,9 @@ impl Traffic {
             age < FORGOTTEN && !is_lost(vessel, age - TOLD_FOR) && !is_ahead(time(vessel), now)
         });
         self.keep(VESSELS_MAX, |vessel| {
+            if is_lost(vessel, now - time(vessel)) {
+                return f64::INFINITY;
+            }
             let nearest = craft.iter().map(|at| (vessel.position() - at).norm()).reduce(f64::min);
             nearest.unwrap_or(now - time(vessel))
         });
