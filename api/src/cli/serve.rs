@@ -30,7 +30,8 @@ const UNUSABLE_LOG: &str = "cannot use the mission log";
 
 /// Serves until Ctrl-C or SIGTERM, then finishes open requests.
 pub(crate) fn serve(config: &Config) -> Result<(), Box<dyn Error>> {
-    serve_and(config, HangUp::Reloads, greet)
+    let has_tokens = Tokens::open(&config.tokens(), &Clock::machine())?.are_made();
+    serve_and(config, HangUp::Reloads, |address, tls| greet(address, tls, has_tokens))
 }
 
 /// The effect of SIGHUP, which also comes when a terminal is closed.
@@ -247,7 +248,7 @@ async fn at(end: Option<std::time::Instant>, clock: &Clock) {
 }
 
 /// Prints the URL, and a command that prints a plan.
-fn greet(mut address: SocketAddr, tls: bool) {
+fn greet(mut address: SocketAddr, tls: bool, has_tokens: bool) {
     let scheme = if tls { "https" } else { "http" };
     let mut everywhere = String::new();
     if address.ip().is_unspecified() {
@@ -258,11 +259,12 @@ fn greet(mut address: SocketAddr, tls: bool) {
         });
     }
     let example = EXAMPLES[0].name;
+    let token = if has_tokens { " -H \"authorization: Bearer $TOKEN\"" } else { "" };
     let greeting = format!(
         "Pilotfish is listening on {scheme}://{address}{everywhere}\n\
          Open it in a browser, or request a plan:\n\n  \
-         curl -s {scheme}://{address}/v1/examples/{example} |\n    \
-         curl -s -H 'content-type: application/json' --data-binary @- {scheme}://{address}/v1/plan\n\n"
+         curl -s{token} {scheme}://{address}/v1/examples/{example} |\n    \
+         curl -s{token} -H 'content-type: application/json' --data-binary @- {scheme}://{address}/v1/plan\n\n"
     );
     // The service also runs if its output has no reader.
     if let Err(error) = io::stdout().write_all(greeting.as_bytes()) {

@@ -13,6 +13,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 use rusqlite::types::ValueRef::{self, Blob, Integer, Null, Real, Text};
 use tokio::runtime;
 use tokio::task::{AbortHandle, JoinSet};
+use tokio_postgres::config::Host;
 use tokio_postgres::error::SqlState;
 use tokio_postgres::types::{ToSql, Type};
 use tokio_postgres::{Client, Config, Error, Statement};
@@ -175,22 +176,35 @@ async fn first_of(hosts: Vec<Config>, tls: Tls) -> Result<(Client, AbortHandle),
     for config in hosts {
         let tls = tls.clone();
         tries.spawn(async move {
-            let (client, connection) = config.connect(tls).await?;
-            let task = tokio::spawn(connection);
-            client.batch_execute(SESSION).await?;
-            Ok::<_, Error>((client, task.abort_handle()))
+            let connected = async {
+                let (client, connection) = config.connect(tls).await?;
+                let task = tokio::spawn(connection);
+                client.batch_execute(SESSION).await?;
+                Ok::<_, Error>((client, task.abort_handle()))
+            };
+            connected.await.map_err(|error| format!("{}: {}", place_of(&config), with_causes(&error)))
         });
     }
     let mut faults = vec![];
     while let Some(tried) = tries.join_next().await {
         match tried {
             Ok(Ok(connected)) => return Ok(connected),
-            Ok(Err(error)) => faults.push(with_causes(&error)),
+            Ok(Err(fault)) => faults.push(fault),
             // The attempt was aborted or panicked.
             Err(_) => {}
         }
     }
     Err(StoreError::Unavailable(faults.join("; ")))
+}
+
+/// The host of a connection, for people.
+fn place_of(config: &Config) -> String {
+    match (config.get_hosts().first(), config.get_ports().first()) {
+        (Some(Host::Tcp(name)), Some(port)) => format!("{name}:{port}"),
+        (Some(Host::Tcp(name)), None) => name.clone(),
+        (Some(Host::Unix(folder)), _) => folder.display().to_string(),
+        (None, _) => "no host".to_owned(),
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
