@@ -233,7 +233,7 @@ fn distances_to_goal(rows: &[&SurfaceCraftRow]) -> Vec<f64> {
 }
 
 impl TrafficMetrics {
-    /// Of several craft, those of the one that a vessel came nearest to.
+    /// The metrics of the craft that came nearest to a vessel.
     fn of_all(record: &Record) -> Option<Self> {
         let each = (0..record.fleet.len()).filter_map(|number| Self::of(&record.of_craft(number)));
         each.min_by(|a, b| a.least_m.total_cmp(&b.least_m)).or_else(|| Self::of(record))

@@ -135,8 +135,8 @@ impl MissionLink {
         self.shared.status.lock().clone()
     }
 
-    /// Posts the craft's newest state soon, by the bridge's clock, with the share of its energy that
-    /// is left, and whether it is steered.
+    /// Posts the craft's newest state soon, with the share of its energy that is left and whether it
+    /// is steered. Times are the bridge's.
     pub(crate) fn report_craft(&self, state: &MeasuredState, battery: Option<f64>, is_steered: bool) {
         let t_s = self.shared.clock.unix_s(state.t_s);
         let report = asc_report(t_s, state, is_steered, &mut self.shared.status.lock().clamped);

@@ -136,7 +136,7 @@ pub enum Away {
     NotSteering,
     /// Its bridge sends no references, as intended: the craft is not armed, or this is a dry run.
     Waiting,
-    /// It has less energy left than its `battery_min`.
+    /// Less of its energy is left than its `battery_min`.
     BatteryLow,
     /// It does not move as its plans foresee.
     DoesNotFollow,

@@ -86,7 +86,7 @@ impl Avoider<'_> {
             let limits = &self.craft.limits;
             let leaves = radius / limits.speed_max + FRAC_PI_2 / limits.turn_rate_max;
             let share = if met.stands_on() { scene.tuned.late_share } else { scene.tuned.early_share };
-            // One that would pass clear, but on the wrong side or just so, has the time until it passes.
+            // A vessel that would pass clear, but barely or on the wrong side, counts from its pass.
             let is_time = passing.too_near.unwrap_or(passing.time) < share * leaves;
             let has_begun = before.is_some_and(|before| before.acts);
             acts[i] = met != EncounterKind::KeepClear && (is_time || has_begun);

@@ -46,8 +46,8 @@ pub(crate) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search in `scene`, where `straight` becomes of the craft that does nothing, and `acts`
-    /// tells for which vessels it acts.
+    /// A search in `scene` for the craft that `acts` for some vessels; `straight` is the outcome of
+    /// going straight for the goal.
     pub(crate) fn new(
         scene: &'a Scene<'a>,
         due: &'a dyn Fn() -> bool,

@@ -198,8 +198,8 @@ impl Passing {
 }
 
 impl Other {
-    /// `craft` at `time` beside the vessel's course of the time `of`, m; beside one at rest, along the
-    /// goal's course.
+    /// Place of `craft` from the vessel at `time`, ahead and to starboard along the vessel's course at
+    /// the time `of`, m. A vessel at rest counts along the goal's course.
     fn beside(&self, craft: &Vector2<f64>, time: f64, of: f64) -> Vector2<f64> {
         let there = craft - self.forecast.at(time);
         let along = self.forecast.velocity_at(of).try_normalize(SPEED_UNDER_WAY).unwrap_or(self.course);

@@ -176,7 +176,7 @@ fn shape_fault(area: &[Vector2<f64>]) -> Option<FieldError> {
     None
 }
 
-/// The fault of a corner that is too near to the one before it, at that distance, m.
+/// The fault of a corner at a distance `given`, m, from the corner before it: too near.
 pub(crate) fn too_near(place: impl Display, given: f64) -> Option<FieldError> {
     let detail =
         format!("is {given} m from the corner before it, less than {SIZE_MIN} m: give every corner once");

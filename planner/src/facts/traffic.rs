@@ -238,7 +238,7 @@ pub struct Avoidance {
     /// `previous_plan`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub vessels: Vec<PastVessel>,
-    /// What it does about them, in one sentence; empty for a craft that holds.
+    /// The encounters and the manoeuvre in one sentence; empty for a craft that holds.
     pub sentence: String,
 }
 

@@ -75,7 +75,7 @@ pub(crate) struct Fleet {
     pub(crate) tuned: VisitNumbers,
     pub(crate) craft: Craft,
     pub(crate) speed_now: f64,
-    /// From near to far, independent of names and order: a mirror image has the same order, but for ties.
+    /// From near to far, whatever names and order: a mirror image has the same order but for ties.
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) law: VisitCost,
     pub(crate) within: f64,

@@ -185,7 +185,7 @@ class Avoidance(TypedDict):
     encounters: list[Encounter]
     # What the craft does; absent while it can go straight for its goal.
     manoeuvre: NotRequired[Manoeuvre | None]
-    # What it does about them, in one sentence; empty for a craft that holds.
+    # The encounters and the manoeuvre in one sentence; empty for a craft that holds.
     sentence: str
     # Velocities of the vessels that may come near; the next request needs them in `previous_plan`.
     vessels: NotRequired[list[PastVessel]]

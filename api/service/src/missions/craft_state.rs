@@ -18,8 +18,8 @@ const STATE_AGE_MAX: f64 = 10.0;
 /// keeps heading and speed despite references, as if rudder or thruster had no effect.
 const LEARNT_AGE_MAX: f64 = 2.0;
 
-/// Time for which the planner does not learn from a craft after it was handed back, s. Its helm takes
-/// over, and without way a rudder has no effect: neither is its response.
+/// Time after a hand-back for which the planner learns nothing from the craft, s: the helm still
+/// takes over, and a rudder has no effect without way.
 const HANDED_BACK: f64 = 10.0;
 
 /// Time for which a craft that falls silent goes on, s: a bridge stops it after 2 to 3 s without a
@@ -220,8 +220,8 @@ impl CraftState {
         vessel.faults("").is_empty().then_some(vessel)
     }
 
-    /// Why it can serve nobody at `now`, s, and its absence after that. It needs the share
-    /// `battery_min` of its energy.
+    /// Returns the reason that the craft can serve nobody at `now`, s, and its absence after that. A
+    /// craft needs the share `battery_min` of its energy.
     pub(super) fn away(&self, now: f64, battery_min: Option<f64>) -> (Option<Away>, Option<Absence>) {
         // A clock that was set back makes no absence longer.
         let before = self.absence.filter(|before| before.until_s <= now + before.rest_s);
